@@ -1,0 +1,119 @@
+# The two commands:  make demo  and  make test.   make help  lists the rest.
+# Sources are found by wildcard: a new example, test or header needs no edit here.
+#   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
+#   tests/test_*.c -> build/tests/test_*    tests/common/*.c           -> build/libtests.a
+#   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
+
+B        := build
+WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
+CFLAGS   ?= -O2
+CXXFLAGS ?= -O2
+C_ALL     = -std=c99 $(WARNINGS) $(CFLAGS) -I. -MMD -MP
+# C++ is there only for tinygltf, whose own header is not held to our warnings (a system header).
+CXX_ALL   = -std=c++17 $(WARNINGS) $(CXXFLAGS) -I. -MMD -MP
+LIBRARIES = -Wl,--as-needed -ltinygltf -lembree3 -lglfw -lOSMesa -lcmocka -lpthread -ldl -lm $(LDLIBS)
+
+EXAMPLES        := $(patsubst examples/%.c,$(B)/%,$(wildcard examples/*.c))
+TESTS           := $(patsubst tests/%.c,$(B)/tests/%,$(wildcard tests/test_*.c))
+TOOLS           := $(patsubst tests/chart/%.c,$(B)/tests/chart/%,$(wildcard tests/chart/*.c))
+EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
+TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c))
+SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
+TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
+BUNNY           := $(B)/models/bunny.glb
+
+.DELETE_ON_ERROR:
+.SECONDARY:
+.PHONY: all help demo demo-run test test-run setup chart sync clean $(addprefix test-,$(TEST_NAMES))
+
+all: $(EXAMPLES) $(TESTS) $(TOOLS)
+
+help:
+	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
+	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes: examples/pictures/gallery.png"
+	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
+	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
+	@echo "make chart      measures speed against accuracy anew: tests/chart/chart.csv and chart.png"
+	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
+	@echo "make setup      installs the Debian packages that all of this needs"
+	@echo "make clean      removes $(B)/"
+	@echo "CC, CXX, CFLAGS, CXXFLAGS, LDFLAGS and LDLIBS are heeded."
+
+setup:
+	sh tests/setup.sh test
+
+# Set-up first, then a second make that sees what it brought.
+demo:
+	@sh tests/setup.sh demo
+	@$(MAKE) --no-print-directory demo-run
+
+demo-run: all $(BUNNY)
+	sh examples/gallery.sh
+	@echo "The picture is $(CURDIR)/examples/pictures/gallery.png"
+
+test:
+	@sh tests/setup.sh test
+	@$(MAKE) --no-print-directory test-run
+
+test-run: all $(BUNNY)
+	@sh tests/run.sh $(TESTS) $(SCRIPTS)
+
+define one_test
+test-$(patsubst test_%,%,$(basename $(notdir $(1)))): all $(BUNNY)
+	@sh tests/run.sh $(1)
+endef
+$(foreach test,$(TESTS) $(SCRIPTS),$(eval $(call one_test,$(test))))
+
+chart:
+	@sh tests/setup.sh test
+	@$(MAKE) --no-print-directory all $(BUNNY)
+	sh tests/chart/chart.sh
+
+# Only the lines between the two markers are replaced, those included.
+sync:
+	sh tests/compile/sync.sh
+
+clean:
+	rm -rf $(B)
+
+# ---- files ----
+
+# Says which packages to install before a compiler stumbles over a missing header.
+$(B)/.setup: tests/setup.sh
+	@mkdir -p $(@D)
+	@sh tests/setup.sh --check build
+	@touch $@
+
+$(B)/obj/%.c.o: %.c | $(B)/.setup
+	@mkdir -p $(@D)
+	$(CC) $(C_ALL) -c $< -o $@
+
+$(B)/obj/%.cpp.o: %.cpp | $(B)/.setup
+	@mkdir -p $(@D)
+	$(CXX) $(CXX_ALL) -c $< -o $@
+
+# Made anew each time, so that an object whose source is gone does not stay inside.
+$(B)/libexamples.a: $(EXAMPLE_OBJECTS)
+	rm -f $@ && $(AR) rcs $@ $^
+
+$(B)/libtests.a: $(TEST_OBJECTS)
+	rm -f $@ && $(AR) rcs $@ $^
+
+# The linker is the C++ one because tinygltf is C++.
+$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libexamples.a
+	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
+
+$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libtests.a $(B)/libexamples.a
+	@mkdir -p $(@D)
+	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
+
+$(TOOLS): $(B)/tests/chart/%: $(B)/obj/tests/chart/%.c.o $(B)/libtests.a $(B)/libexamples.a
+	@mkdir -p $(@D)
+	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
+
+# Stanford's bunny as Debian's glmark2-data has it; -noq keeps 32-bit floats and every triangle.
+$(BUNNY): tests/bunny.sh | $(B)/.setup
+	@mkdir -p $(@D)
+	sh tests/bunny.sh $@
+
+-include $(shell find $(B)/obj -name '*.d' 2>/dev/null)
