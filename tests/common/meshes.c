@@ -1,0 +1,457 @@
+// The meshes of meshes.h.
+
+#include "meshes.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int allocate(mesh_data *mesh, size_t vertex_count, size_t triangle_count)
+{
+    memset(mesh, 0, sizeof *mesh);
+    mesh->positions = (float *)calloc(3 * vertex_count + 1, sizeof(float));
+    mesh->normals = (float *)calloc(3 * vertex_count + 1, sizeof(float));
+    mesh->triangles = (uint32_t *)calloc(3 * triangle_count + 1, sizeof(uint32_t));
+    if (mesh->positions == NULL || mesh->normals == NULL || mesh->triangles == NULL)
+    {
+        mesh_free(mesh);
+        return 1;
+    }
+    mesh->vertex_count = vertex_count;
+    mesh->triangle_count = triangle_count;
+    return 0;
+}
+
+void mesh_free(mesh_data *mesh)
+{
+    free(mesh->positions);
+    free(mesh->normals);
+    free(mesh->triangles);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+int mesh_copy(const mesh_data *in, mesh_data *out)
+{
+    if (allocate(out, in->vertex_count, in->triangle_count) != 0)
+        return 1;
+    memcpy(out->positions, in->positions, 3 * in->vertex_count * sizeof(float));
+    memcpy(out->normals, in->normals, 3 * in->vertex_count * sizeof(float));
+    memcpy(out->triangles, in->triangles, 3 * in->triangle_count * sizeof(uint32_t));
+    return 0;
+}
+
+sss_mesh mesh_view(const mesh_data *mesh, double mm_per_unit)
+{
+    sss_mesh view;
+    memset(&view, 0, sizeof view);
+    view.positions = mesh->positions;
+    view.normals = mesh->normals;
+    view.triangles = mesh->triangles;
+    view.vertex_count = mesh->vertex_count;
+    view.triangle_count = mesh->triangle_count;
+    view.mm_per_unit = mm_per_unit;
+    return view;
+}
+
+// ---- Measures ----
+
+// Twice the area times the normal.
+static void triangle_cross(const mesh_data *mesh, size_t triangle, double cross[3])
+{
+    double p[3][3];
+    for (size_t k = 0; k < 3; ++k)
+        for (size_t axis = 0; axis < 3; ++axis)
+            p[k][axis] = mesh->positions[3 * (size_t)mesh->triangles[3 * triangle + k] + axis];
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+        cross[axis] = (p[1][b] - p[0][b]) * (p[2][c] - p[0][c]) - (p[1][c] - p[0][c]) * (p[2][b] - p[0][b]);
+    }
+}
+
+double mesh_triangle_area(const mesh_data *mesh, size_t triangle)
+{
+    double c[3];
+    triangle_cross(mesh, triangle, c);
+    return 0.5 * sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]);
+}
+
+double mesh_area(const mesh_data *mesh)
+{
+    double total = 0.0;
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+        total += mesh_triangle_area(mesh, t);
+    return total;
+}
+
+double mesh_extent(const mesh_data *mesh)
+{
+    double extent = 0.0;
+    for (size_t axis = 0; axis < 3; ++axis)
+    {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        for (size_t v = 0; v < mesh->vertex_count; ++v)
+        {
+            low = fmin(low, mesh->positions[3 * v + axis]);
+            high = fmax(high, mesh->positions[3 * v + axis]);
+        }
+        extent = fmax(extent, high - low);
+    }
+    return extent;
+}
+
+double mesh_mean_edge(const mesh_data *mesh)
+{
+    double total = 0.0;
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+        for (size_t k = 0; k < 3; ++k)
+        {
+            const float *a = &mesh->positions[3 * (size_t)mesh->triangles[3 * t + k]];
+            const float *b = &mesh->positions[3 * (size_t)mesh->triangles[3 * t + (k + 1) % 3]];
+            const double x = (double)a[0] - b[0], y = (double)a[1] - b[1], z = (double)a[2] - b[2];
+            total += sqrt(x * x + y * y + z * z);
+        }
+    return total / (3.0 * (double)mesh->triangle_count);
+}
+
+void mesh_vertex_areas(const mesh_data *mesh, double *weights)
+{
+    for (size_t v = 0; v < mesh->vertex_count; ++v)
+        weights[v] = 0.0;
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+    {
+        const double third = mesh_triangle_area(mesh, t) / 3.0;
+        for (size_t k = 0; k < 3; ++k)
+            weights[mesh->triangles[3 * t + k]] += third;
+    }
+}
+
+void mesh_compute_normals(mesh_data *mesh)
+{
+    memset(mesh->normals, 0, 3 * mesh->vertex_count * sizeof(float));
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+    {
+        double c[3];
+        triangle_cross(mesh, t, c);
+        for (size_t k = 0; k < 3; ++k)
+            for (size_t axis = 0; axis < 3; ++axis)
+                mesh->normals[3 * (size_t)mesh->triangles[3 * t + k] + axis] += (float)c[axis];
+    }
+    for (size_t v = 0; v < mesh->vertex_count; ++v)
+    {
+        float *n = &mesh->normals[3 * v];
+        const double length = sqrt((double)n[0] * n[0] + (double)n[1] * n[1] + (double)n[2] * n[2]);
+        for (size_t axis = 0; axis < 3; ++axis)
+            n[axis] = length > 0.0 ? (float)(n[axis] / length) : (axis == 2 ? 1.0f : 0.0f);
+    }
+}
+
+void mesh_transform(mesh_data *mesh, double scale, const double offset[3])
+{
+    for (size_t v = 0; v < mesh->vertex_count; ++v)
+        for (size_t axis = 0; axis < 3; ++axis)
+            mesh->positions[3 * v + axis] = (float)((mesh->positions[3 * v + axis] + offset[axis]) * scale);
+}
+
+// ---- Made up ----
+
+int mesh_grid(int n, double side, mesh_data *out)
+{
+    const size_t count = (size_t)n, row = count + 1;
+    if (allocate(out, row * row, 2 * count * count) != 0)
+        return 1;
+    for (size_t j = 0; j < row; ++j)
+        for (size_t i = 0; i < row; ++i)
+        {
+            float *p = &out->positions[3 * (j * row + i)];
+            p[0] = (float)(side * ((double)i / (double)count - 0.5));
+            p[1] = (float)(side * ((double)j / (double)count - 0.5));
+        }
+    for (size_t j = 0; j < count; ++j)
+        for (size_t i = 0; i < count; ++i)
+        {
+            uint32_t *t = &out->triangles[6 * (j * count + i)];
+            const uint32_t a = (uint32_t)(j * row + i), b = a + 1, c = a + (uint32_t)row, d = c + 1;
+            t[0] = a, t[1] = b, t[2] = d;
+            t[3] = a, t[4] = d, t[5] = c;
+        }
+    mesh_compute_normals(out);
+    return 0;
+}
+
+int mesh_rectangle(double x0, double x1, double y0, double y1, mesh_data *out)
+{
+    static const uint32_t triangles[6] = {0, 1, 2, 0, 2, 3};
+    if (allocate(out, 4, 2) != 0)
+        return 1;
+    for (size_t v = 0; v < 4; ++v)
+    {
+        out->positions[3 * v] = (float)((v == 1 || v == 2) ? x1 : x0);
+        out->positions[3 * v + 1] = (float)(v >= 2 ? y1 : y0);
+    }
+    memcpy(out->triangles, triangles, sizeof triangles);
+    mesh_compute_normals(out);
+    return 0;
+}
+
+// Subdivides one octant: points i, j with i + j <= n on the face of the octahedron, pushed out to the sphere. Octants
+// keep their own copies of shared edges; positions agree exactly, since they are computed from the same integers.
+static void fill_octant(mesh_data *out, size_t octant, size_t n, double radius)
+{
+    const size_t points = (n + 1) * (n + 2) / 2;
+    const double sign[3] = {(octant & 1) ? -1.0 : 1.0, (octant & 2) ? -1.0 : 1.0, (octant & 4) ? -1.0 : 1.0};
+    const int flipped = sign[0] * sign[1] * sign[2] < 0.0;
+    size_t v = octant * points, t = octant * n * n;
+    const size_t first = v;
+    for (size_t j = 0; j <= n; ++j)
+        for (size_t i = 0; i + j <= n; ++i, ++v)
+        {
+            const double x = (double)(n - i - j), y = (double)i, z = (double)j;
+            const double length = sqrt(x * x + y * y + z * z);
+            const double c[3] = {sign[0] * x / length, sign[1] * y / length, sign[2] * z / length};
+            for (size_t axis = 0; axis < 3; ++axis)
+            {
+                out->normals[3 * v + axis] = (float)c[axis];
+                out->positions[3 * v + axis] = (float)(radius * c[axis]);
+            }
+        }
+    for (size_t j = 0; j < n; ++j)
+        for (size_t i = 0; i + j < n; ++i)
+        {
+            const size_t row = first + j * (n + 1) - (j * (j > 0 ? j - 1 : 0)) / 2; // rows shrink by one
+            const size_t above = row + (n + 1 - j);
+            for (int upper = 0; upper <= (i + j + 1 < n ? 1 : 0); ++upper, ++t)
+            {
+                const size_t a = upper ? row + i + 1 : row + i;
+                const size_t b = upper ? above + i + 1 : row + i + 1;
+                const size_t c = above + i;
+                out->triangles[3 * t] = (uint32_t)a;
+                out->triangles[3 * t + 1] = (uint32_t)(flipped ? c : b);
+                out->triangles[3 * t + 2] = (uint32_t)(flipped ? b : c);
+            }
+        }
+}
+
+int mesh_sphere(int levels, double radius, mesh_data *out)
+{
+    const size_t n = (size_t)1 << levels;
+    if (allocate(out, 8 * (n + 1) * (n + 2) / 2, 8 * n * n) != 0)
+        return 1;
+    for (size_t octant = 0; octant < 8; ++octant)
+        fill_octant(out, octant, n, radius);
+    return 0;
+}
+
+// ---- Loaded ----
+
+// One corner of a face: "v", "v/t", "v//n" or "v/t/n"; 0-based vertex, or -1.
+static long read_corner(char **cursor, size_t vertex_count)
+{
+    char *end = *cursor;
+    const long index = strtol(*cursor, &end, 10);
+    if (end == *cursor)
+        return -1;
+    while (*end != '\0' && *end != ' ' && *end != '\t' && *end != '\r' && *end != '\n')
+        ++end;
+    *cursor = end;
+    if (index > 0 && (size_t)index <= vertex_count)
+        return index - 1;
+    if (index < 0 && (size_t)-index <= vertex_count)
+        return (long)vertex_count + index;
+    return -1;
+}
+
+// Counts, or with out->positions set, fills. The file is read twice.
+static void read_obj(FILE *file, mesh_data *out, size_t *vertices, size_t *triangles)
+{
+    char line[1024];
+    *vertices = 0;
+    *triangles = 0;
+    while (fgets(line, sizeof line, file) != NULL)
+    {
+        if (line[0] == 'v' && line[1] == ' ')
+        {
+            char *cursor = line + 2;
+            for (size_t axis = 0; axis < 3; ++axis)
+            {
+                const double value = strtod(cursor, &cursor);
+                if (out->positions != NULL)
+                    out->positions[3 * *vertices + axis] = (float)value;
+            }
+            ++*vertices;
+        }
+        else if (line[0] == 'f' && line[1] == ' ')
+        {
+            char *cursor = line + 2;
+            const long first = read_corner(&cursor, *vertices);
+            long before = read_corner(&cursor, *vertices);
+            for (long corner; first >= 0 && before >= 0 && (corner = read_corner(&cursor, *vertices)) >= 0;
+                 before = corner, ++*triangles)
+            {
+                if (out->triangles == NULL)
+                    continue;
+                out->triangles[3 * *triangles] = (uint32_t)first;
+                out->triangles[3 * *triangles + 1] = (uint32_t)before;
+                out->triangles[3 * *triangles + 2] = (uint32_t)corner;
+            }
+        }
+    }
+}
+
+int mesh_load_obj(const char *path, mesh_data *out)
+{
+    size_t vertices, triangles;
+    FILE *file = fopen(path, "rb");
+    memset(out, 0, sizeof *out);
+    if (file == NULL)
+        return 1;
+    read_obj(file, out, &vertices, &triangles);
+    if (vertices == 0 || triangles == 0 || allocate(out, vertices, triangles) != 0)
+    {
+        (void)fclose(file);
+        return 1;
+    }
+    rewind(file);
+    read_obj(file, out, &vertices, &triangles);
+    (void)fclose(file);
+    mesh_compute_normals(out);
+    return 0;
+}
+
+int mesh_load_bunny(mesh_data *out)
+{
+    return mesh_load_obj("/usr/share/glmark2/models/bunny.obj", out);
+}
+
+// ---- Thinned ----
+
+typedef struct cell_of_vertex
+{
+    int64_t key;
+    uint32_t vertex;
+} cell_of_vertex;
+
+static int by_key(const void *a, const void *b)
+{
+    const int64_t x = ((const cell_of_vertex *)a)->key, y = ((const cell_of_vertex *)b)->key;
+    return x < y ? -1 : (x > y ? 1 : 0);
+}
+
+typedef struct sorted_triangle
+{
+    uint32_t v[3];     // smallest index first, order around kept
+} sorted_triangle;
+
+static int by_corners(const void *a, const void *b)
+{
+    return memcmp(a, b, sizeof(sorted_triangle));
+}
+
+// The cluster of each vertex and the clusters' mean positions (as vertices of out); the number of clusters.
+static size_t cluster_vertices(const mesh_data *in, double cell, cell_of_vertex *cells, uint32_t *cluster, float *means)
+{
+    size_t count = 0;
+    double sum[3] = {0.0, 0.0, 0.0}, members = 0.0;
+    for (size_t v = 0; v < in->vertex_count; ++v)
+    {
+        int64_t key = 0;
+        for (size_t axis = 0; axis < 3; ++axis)
+            key = key * 2097152 + ((int64_t)floor(in->positions[3 * v + axis] / cell) + 1048576);
+        cells[v].key = key;
+        cells[v].vertex = (uint32_t)v;
+    }
+    qsort(cells, in->vertex_count, sizeof *cells, by_key);
+    for (size_t i = 0; i < in->vertex_count; ++i)
+    {
+        const size_t v = cells[i].vertex;
+        cluster[v] = (uint32_t)count;
+        members += 1.0;
+        for (size_t axis = 0; axis < 3; ++axis)
+            sum[axis] += in->positions[3 * v + axis];
+        if (i + 1 < in->vertex_count && cells[i + 1].key == cells[i].key)
+            continue;
+        for (size_t axis = 0; axis < 3; ++axis)
+        {
+            means[3 * count + axis] = (float)(sum[axis] / members);
+            sum[axis] = 0.0;
+        }
+        members = 0.0;
+        ++count;
+    }
+    return count;
+}
+
+static size_t cluster_triangles(const mesh_data *in, const uint32_t *cluster, sorted_triangle *kept)
+{
+    size_t count = 0, unique = 0;
+    for (size_t t = 0; t < in->triangle_count; ++t)
+    {
+        uint32_t c[3];
+        size_t least = 0;
+        for (size_t k = 0; k < 3; ++k)
+        {
+            c[k] = cluster[in->triangles[3 * t + k]];
+            least = c[k] < c[least] ? k : least;
+        }
+        if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0])
+            continue;
+        for (size_t k = 0; k < 3; ++k)
+            kept[count].v[k] = c[(least + k) % 3];
+        ++count;
+    }
+    qsort(kept, count, sizeof *kept, by_corners);
+    for (size_t i = 0; i < count; ++i)
+        if (unique == 0 || by_corners(&kept[unique - 1], &kept[i]) != 0)
+            kept[unique++] = kept[i];
+    return unique;
+}
+
+int mesh_cluster(const mesh_data *in, double cell, mesh_data *out)
+{
+    int result = 1;
+    cell_of_vertex *cells = (cell_of_vertex *)malloc(in->vertex_count * sizeof *cells);
+    uint32_t *cluster = (uint32_t *)malloc(in->vertex_count * sizeof *cluster);
+    float *means = (float *)malloc(3 * in->vertex_count * sizeof *means);
+    sorted_triangle *kept = (sorted_triangle *)malloc(in->triangle_count * sizeof *kept);
+    memset(out, 0, sizeof *out);
+    if (cells != NULL && cluster != NULL && means != NULL && kept != NULL)
+    {
+        const size_t vertices = cluster_vertices(in, cell, cells, cluster, means);
+        const size_t triangles = cluster_triangles(in, cluster, kept);
+        if (triangles > 0 && allocate(out, vertices, triangles) == 0)
+        {
+            memcpy(out->positions, means, 3 * vertices * sizeof *means);
+            for (size_t t = 0; t < triangles; ++t)
+                memcpy(&out->triangles[3 * t], kept[t].v, sizeof kept[t].v);
+            mesh_compute_normals(out);
+            result = 0;
+        }
+    }
+    free(cells);
+    free(cluster);
+    free(means);
+    free(kept);
+    return result;
+}
+
+int mesh_decimate(const mesh_data *in, double factor, mesh_data *out)
+{
+    const double want = (double)in->triangle_count / factor;
+    double low = mesh_mean_edge(in) * 0.1, high = mesh_extent(in);
+    memset(out, 0, sizeof *out);
+    for (int step = 0; step < 20; ++step)
+    {
+        const double cell = sqrt(low * high);
+        mesh_free(out);
+        if (mesh_cluster(in, cell, out) != 0)
+            high = cell;
+        else if ((double)out->triangle_count > want * 1.02)
+            low = cell;
+        else if ((double)out->triangle_count < want * 0.98)
+            high = cell;
+        else
+            return 0;
+    }
+    return out->triangle_count > 0 ? 0 : 1;
+}
