@@ -454,4 +454,3204 @@ SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profil
 }
 #endif
 
+// ================================================ GLSL =================================================
+// The shader pieces, as readable source. Each has its own include guard, so that a shader may hold a piece
+// twice; none has a #version line.
+
+#define SSS_DIPOLE__GLSL_FRESNEL                                                                                \
+    "#ifndef SSS_DIPOLE_FRESNEL\n"                                                                              \
+    "#define SSS_DIPOLE_FRESNEL\n"                                                                              \
+    "#ifdef GL_ES\n"                                                                                            \
+    "precision highp float;\n"                                                                                  \
+    "#endif\n"                                                                                                  \
+    "// Unpolarised reflectance of a smooth dielectric; eta = index beyond / index on this side.\n"             \
+    "float sss_fresnel(float cos_i, float eta)\n"                                                               \
+    "{\n"                                                                                                       \
+    "    if (eta == 1.0) return 0.0;\n"                                                                         \
+    "    float c = clamp(cos_i, 0.0, 1.0);\n"                                                                   \
+    "    float g2 = (eta - 1.0) * (eta + 1.0) + c * c;\n"                                                       \
+    "    if (g2 <= 0.0) return 1.0; // total internal reflection\n"                                             \
+    "    float g = sqrt(g2);\n"                                                                                 \
+    "    float r_s = (c - g) / (c + g);\n"                                                                      \
+    "    float r_p = (eta * eta * c - g) / (eta * eta * c + g);\n"                                              \
+    "    return 0.5 * (r_s * r_s + r_p * r_p);\n"                                                               \
+    "}\n"                                                                                                       \
+    "// Schlick's approximation; from the denser side it takes the cosine beyond the boundary.\n"               \
+    "float sss_fresnel_schlick(float cos_i, float eta)\n"                                                       \
+    "{\n"                                                                                                       \
+    "    float c = clamp(cos_i, 0.0, 1.0);\n"                                                                   \
+    "    if (eta < 1.0)\n"                                                                                      \
+    "    {\n"                                                                                                   \
+    "        float g2 = (eta - 1.0) * (eta + 1.0) + c * c;\n"                                                   \
+    "        if (g2 <= 0.0) return 1.0;\n"                                                                      \
+    "        c = sqrt(g2) / eta;\n"                                                                             \
+    "    }\n"                                                                                                   \
+    "    float F_0 = (eta - 1.0) * (eta - 1.0) / ((eta + 1.0) * (eta + 1.0));\n"                                \
+    "    float m = 1.0 - c;\n"                                                                                  \
+    "    return F_0 + (1.0 - F_0) * m * m * m * m * m;\n"                                                       \
+    "}\n"                                                                                                       \
+    "#endif\n"
+
+#define SSS_DIPOLE__GLSL_PROFILE                                                                                \
+    "#ifndef SSS_DIPOLE_PROFILE\n"                                                                              \
+    "#define SSS_DIPOLE_PROFILE\n"                                                                              \
+    "#ifdef GL_ES\n"                                                                                            \
+    "precision highp float;\n"                                                                                  \
+    "#endif\n"                                                                                                  \
+    "uniform vec3 sss_alpha_p;     // reduced albedo\n"                                                         \
+    "uniform vec3 sss_sigma_tr;    // 1/mm\n"                                                                   \
+    "uniform vec3 sss_z_r;         // mm, depth of the real source\n"                                           \
+    "uniform vec3 sss_z_v;         // mm, height of the virtual source\n"                                       \
+    "uniform float sss_eta;        // medium over outside\n"                                                    \
+    "uniform float sss_exit_scale; // 1, or 1/(1 - F_external)\n"                                               \
+    "// One source at depth z and distance d: z (1 + sigma d) exp(-sigma d) / d^3.\n"                           \
+    "vec3 sss_source(vec3 z, vec3 d)\n"                                                                         \
+    "{\n"                                                                                                       \
+    "    vec3 u = sss_sigma_tr * d;\n"                                                                          \
+    "    return z / d * (1.0 + u) * exp(-u) / (d * d);\n"                                                       \
+    "}\n"                                                                                                       \
+    "// R_d(r), 1/mm^2; r in mm. A channel without scattering has R_d = 0.\n"                                   \
+    "vec3 sss_Rd(float r)\n"                                                                                    \
+    "{\n"                                                                                                       \
+    "    vec3 z_r = max(sss_z_r, 1e-12), z_v = max(sss_z_v, 1e-12);\n"                                          \
+    "    vec3 C = sss_source(z_r, sqrt(r * r + z_r * z_r)) + sss_source(z_v, sqrt(r * r + z_v * z_v));\n"       \
+    "    return sss_alpha_p * 0.0795774715459477 * C; // 1/(4 pi)\n"                                            \
+    "}\n"                                                                                                       \
+    "// R_d with the sources placed at the receiver x_o along its unit normal n_o; mm.\n"                       \
+    "vec3 sss_Rd_placed(vec3 x_i, vec3 x_o, vec3 n_o)\n"                                                        \
+    "{\n"                                                                                                       \
+    "    vec3 v = x_i - x_o;\n"                                                                                 \
+    "    float p = dot(v, n_o);        // height of x_i over the tangent plane\n"                               \
+    "    vec3 w = v - p * n_o;\n"                                                                               \
+    "    float t2 = dot(w, w);         // squared distance along it\n"                                          \
+    "    vec3 z_r = max(sss_z_r, 1e-12), z_v = max(sss_z_v, 1e-12);\n"                                          \
+    "    vec3 d_r = sqrt(t2 + (p + z_r) * (p + z_r));\n"                                                        \
+    "    vec3 d_v = sqrt(t2 + (p - z_v) * (p - z_v));\n"                                                        \
+    "    return sss_alpha_p * 0.0795774715459477 * (sss_source(z_r, d_r) + sss_source(z_v, d_v));\n"            \
+    "}\n"                                                                                                       \
+    "// Outgoing radiance is sss_exit_factor(cos_o) / pi times the radiosity B.\n"                              \
+    "float sss_exit_factor(float cos_o)\n"                                                                      \
+    "{\n"                                                                                                       \
+    "    return sss_exit_scale * (1.0 - sss_fresnel(cos_o, sss_eta));\n"                                        \
+    "}\n"                                                                                                       \
+    "#endif\n"
+
+#define SSS_DIPOLE__GLSL_TONE_MAPPING                                                                           \
+    "#ifndef SSS_DIPOLE_TONE_MAPPING\n"                                                                         \
+    "#define SSS_DIPOLE_TONE_MAPPING\n"                                                                         \
+    "#ifdef GL_ES\n"                                                                                            \
+    "precision highp float;\n"                                                                                  \
+    "#endif\n"                                                                                                  \
+    "uniform float sss_exposure; // factor on radiance\n"                                                       \
+    "// Filmic curve: Narkowicz 2015, a fit of the ACES reference rendering, then the sRGB transfer curve.\n"   \
+    "vec3 sss_tone_map(vec3 radiance)\n"                                                                        \
+    "{\n"                                                                                                       \
+    "    vec3 x = max(radiance * sss_exposure, vec3(0.0));\n"                                                   \
+    "    x = min(x, vec3(1e4)); // the curve is flat there; keeps x * x finite in half precision\n"             \
+    "    vec3 y = clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);\n"                   \
+    "    vec3 low = 12.92 * y;\n"                                                                               \
+    "    vec3 high = 1.055 * pow(max(y, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055;\n"                               \
+    "    return mix(high, low, vec3(lessThanEqual(y, vec3(0.0031308))));\n"                                     \
+    "}\n"                                                                                                       \
+    "#endif\n"
+
+// =========================================== IMPLEMENTATION ============================================
+#ifdef SSS_DIPOLE_IMPLEMENTATION
+#ifndef SSS_DIPOLE_IMPLEMENTED
+#define SSS_DIPOLE_IMPLEMENTED
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define SSS_DIPOLE__PI 3.14159265358979323846
+#define SSS_DIPOLE__SQRT3 1.73205080756887729353
+
+// ---- small maths and checks ----
+
+static int sss_dipole__finite(double x)
+{
+    return x - x == 0.0; // false for infinities and NaN, and needs no macro of the C library
+}
+
+static int sss_dipole__in_range(double x, double low, double high)
+{
+    return x >= low && x <= high; // false for NaN
+}
+
+static int sss_dipole__all_finite(const float *x, size_t count)
+{
+    size_t i;
+    for (i = 0; i < count; i++)
+    {
+        if (!sss_dipole__finite((double)x[i]))
+        {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static double sss_dipole__max(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static double sss_dipole__min(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static double sss_dipole__dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void sss_dipole__cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+// Scales to unit length, without overflow for any finite input; 0 for a zero vector.
+static int sss_dipole__normalize(double v[3])
+{
+    const double largest = sss_dipole__max(fabs(v[0]), sss_dipole__max(fabs(v[1]), fabs(v[2])));
+    double length;
+    int i;
+    if (!(largest > 0.0) || !sss_dipole__finite(largest))
+    {
+        return 0;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        v[i] /= largest;
+    }
+    length = sqrt(sss_dipole__dot(v, v));
+    for (i = 0; i < 3; i++)
+    {
+        v[i] /= length;
+    }
+    return 1;
+}
+
+// The root of a monotone function in [low, high], both > 0, by bisection of the logarithm: 100 halvings leave
+// nothing of a range of 1e300, whatever the function's shape.
+static double sss_dipole__bisect(double (*f)(const void *context, double x), const void *context, double target,
+                                 double low, double high)
+{
+    const int rising = f(context, high) > f(context, low);
+    int i;
+    for (i = 0; i < 100; i++)
+    {
+        const double middle = sqrt(low) * sqrt(high);
+        if ((f(context, middle) < target) == rising)
+        {
+            low = middle;
+        }
+        else
+        {
+            high = middle;
+        }
+    }
+    return sqrt(low) * sqrt(high);
+}
+
+// ---- 2. Fresnel (before the materials, which need it) ----
+
+static int sss_dipole__valid_eta(double eta)
+{
+    return sss_dipole__in_range(eta, 0.1, 10.0);
+}
+
+SSS_DIPOLE_API double sss_dipole_fresnel(double cos_i, double eta)
+{
+    double g2, g, r_s, r_p;
+    if (!sss_dipole__in_range(cos_i, 0.0, 1.0) || !(eta > 0.0) || !sss_dipole__finite(eta))
+    {
+        return NAN;
+    }
+    if (eta == 1.0)
+    {
+        return 0.0;
+    }
+    g2 = (eta - 1.0) * (eta + 1.0) + cos_i * cos_i; // (eta cos_t)^2
+    if (g2 <= 0.0)
+    {
+        return 1.0; // total internal reflection
+    }
+    g = sqrt(g2);
+    r_s = (cos_i - g) / (cos_i + g);
+    r_p = (eta * eta * cos_i - g) / (eta * eta * cos_i + g);
+    return 0.5 * (r_s * r_s + r_p * r_p);
+}
+
+SSS_DIPOLE_API double sss_dipole_fresnel_schlick(double cos_i, double eta)
+{
+    double c = cos_i, F_0, m;
+    if (!sss_dipole__in_range(cos_i, 0.0, 1.0) || !(eta > 0.0) || !sss_dipole__finite(eta))
+    {
+        return NAN;
+    }
+    if (eta < 1.0) // from the denser side the cosine beyond the boundary decides
+    {
+        const double g2 = (eta - 1.0) * (eta + 1.0) + c * c;
+        if (g2 <= 0.0)
+        {
+            return 1.0;
+        }
+        c = sqrt(g2) / eta;
+    }
+    F_0 = (eta - 1.0) * (eta - 1.0) / ((eta + 1.0) * (eta + 1.0));
+    m = 1.0 - c;
+    return F_0 + (1.0 - F_0) * m * m * m * m * m;
+}
+
+// The p-polarised half of the diffuse reflectance from the thinner side, near n = 1, where the closed form
+// cancels. With mu = sqrt(n^2-1) sinh t and y = exp(-2t) the Fresnel integral over t becomes
+//   F_p = (n^2-1)/4 int_w^1 ((k-y)/(1-ky))^2 (1-y^2)/y^2 dy,   w = (n-1)/(n+1),  k = (n^2-1)/(n^2+1),
+// and expanding 1/(1-ky)^2 = sum (j+1) (ky)^j gives terms that are all positive.
+static double sss_dipole__fresnel_p_series(double w)
+{
+    const double k = 2.0 * w / (1.0 + w * w);
+    const double n2_1 = 4.0 * w / ((1.0 - w) * (1.0 - w)); // n^2 - 1
+    const double polynomial[5] = {k * k, -2.0 * k, 1.0 - k * k, 2.0 * k, -1.0}; // (k-y)^2 (1-y^2)
+    double sum = 0.0, k_j = 1.0;
+    int j, m;
+    for (j = 0; j < 40; j++) // k <= 0.3: 0.3^40 = 1e-21
+    {
+        double term = 0.0;
+        for (m = 0; m < 5; m++)
+        {
+            const int e = j - 2 + m + 1; // int_w^1 y^(e-1) dy
+            term += polynomial[m] * (e == 0 ? -log(w) : (1.0 - pow(w, (double)e)) / (double)e);
+        }
+        sum += (double)(j + 1) * k_j * term;
+        k_j *= k;
+    }
+    return 0.25 * n2_1 * sum;
+}
+
+// Diffuse reflectance seen from the thinner side, as a function of w = (n-1)/(n+1), n > 1 the ratio of indices.
+static double sss_dipole__fresnel_thin_side(double w)
+{
+    const double n = (1.0 + w) / (1.0 - w), n2 = n * n, n4 = n2 * n2;
+    if (w <= 0.0)
+    {
+        return 0.0;
+    }
+    if (w < 0.15) // k < 0.3
+    {
+        const double F_s = w * (2.0 + w) / 3.0; // the s-polarised half, by the same substitution
+        return 0.5 * (F_s + sss_dipole__fresnel_p_series(w));
+    }
+    return 0.5 + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0) * (n + 1.0)) // Duderstadt and Hamilton; verified
+           + n2 * (n2 - 1.0) * (n2 - 1.0) / ((n2 + 1.0) * (n2 + 1.0) * (n2 + 1.0)) * log(w) // by quadrature
+           - 2.0 * n * n2 * (n2 + 2.0 * n - 1.0) / ((n2 + 1.0) * (n4 - 1.0))
+           + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0) * (n4 - 1.0)) * log(n);
+}
+
+// The same from the denser side: 1 - F_dense = (1 - F_thin)/n^2, without the cancellation at n = 1.
+static double sss_dipole__fresnel_dense_side(double w)
+{
+    const double n = (1.0 + w) / (1.0 - w);
+    return 4.0 * w / ((1.0 + w) * (1.0 + w)) + sss_dipole__fresnel_thin_side(w) / (n * n);
+}
+
+// The polynomials of Egan and Hilgeman as Jensen et al. 2001 print them; eta here is the ratio of the side
+// that the light is on to the side beyond. At eta = 1, where they give 0.0016, the boundary is taken as absent.
+static double sss_dipole__fresnel_polynomial(double eta)
+{
+    const double e = 1.0 / eta;
+    if (eta == 1.0)
+    {
+        return 0.0;
+    }
+    return eta > 1.0 ? -1.440 * e * e + 0.710 * e + 0.668 + 0.0636 * eta
+                     : -0.4399 + 0.7099 * e - 0.3319 * e * e + 0.0636 * e * e * e;
+}
+
+SSS_DIPOLE_API double sss_dipole_fresnel_internal(double eta, sss_dipole_fresnel_mode mode)
+{
+    const double w = fabs(eta - 1.0) / (eta + 1.0);
+    if (!sss_dipole__valid_eta(eta))
+    {
+        return NAN;
+    }
+    if (mode == SSS_DIPOLE_FRESNEL_POLYNOMIAL)
+    {
+        return sss_dipole__fresnel_polynomial(eta);
+    }
+    return eta > 1.0 ? sss_dipole__fresnel_dense_side(w) : sss_dipole__fresnel_thin_side(w);
+}
+
+SSS_DIPOLE_API double sss_dipole_fresnel_external(double eta, sss_dipole_fresnel_mode mode)
+{
+    const double w = fabs(eta - 1.0) / (eta + 1.0);
+    if (!sss_dipole__valid_eta(eta))
+    {
+        return NAN;
+    }
+    if (mode == SSS_DIPOLE_FRESNEL_POLYNOMIAL)
+    {
+        return sss_dipole__fresnel_polynomial(1.0 / eta);
+    }
+    return eta > 1.0 ? sss_dipole__fresnel_thin_side(w) : sss_dipole__fresnel_dense_side(w);
+}
+
+SSS_DIPOLE_API double sss_dipole_exit_factor(double cos_o, double eta, sss_dipole_exit exit_convention)
+{
+    const double F_t = 1.0 - sss_dipole_fresnel(cos_o, eta);
+    if (exit_convention != SSS_DIPOLE_EXIT_CONSERVING)
+    {
+        return F_t;
+    }
+    return F_t / (1.0 - sss_dipole_fresnel_external(eta, SSS_DIPOLE_FRESNEL_EXACT));
+}
+
+// ---- 1. Materials ----
+
+typedef struct sss_dipole__measured
+{
+    const char *name;
+    sss_dipole_material material;
+} sss_dipole__measured;
+
+// Jensen et al. 2001, figure 5, 1/mm: sigma_s' RGB, sigma_a RGB, eta. Checked against three renderers' tables;
+// where copies in circulation differ, the value that gives the paper's own printed reflectance stands here:
+// Chicken1 R .015 (not .0015), Chicken2 R .018 (not .0018), Apple G .0034 (not .0030), Marble B .0071 (not .071).
+static const sss_dipole__measured sss_dipole__materials[] = {
+    {"Apple", {{2.29, 2.39, 1.97}, {0.0030, 0.0034, 0.046}, 1.3}},
+    {"Chicken1", {{0.15, 0.21, 0.38}, {0.015, 0.077, 0.19}, 1.3}},
+    {"Chicken2", {{0.19, 0.25, 0.32}, {0.018, 0.088, 0.20}, 1.3}},
+    {"Cream", {{7.38, 5.47, 3.15}, {0.0002, 0.0028, 0.0163}, 1.3}},
+    {"Ketchup", {{0.18, 0.07, 0.03}, {0.061, 0.97, 1.45}, 1.3}},
+    {"Marble", {{2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}, 1.5}},
+    {"Potato", {{0.68, 0.70, 0.55}, {0.0024, 0.0090, 0.12}, 1.3}},
+    {"Skimmilk", {{0.70, 1.22, 1.90}, {0.0014, 0.0025, 0.0142}, 1.3}},
+    {"Skin1", {{0.74, 0.88, 1.01}, {0.032, 0.17, 0.48}, 1.3}},
+    {"Skin2", {{1.09, 1.59, 1.79}, {0.013, 0.070, 0.145}, 1.3}},
+    {"Spectralon", {{11.6, 20.4, 14.9}, {0.0, 0.0, 0.0}, 1.3}},
+    {"Wholemilk", {{2.55, 3.21, 3.77}, {0.0011, 0.0024, 0.014}, 1.3}},
+};
+
+SSS_DIPOLE_API size_t sss_dipole_material_count(void)
+{
+    return sizeof sss_dipole__materials / sizeof sss_dipole__materials[0];
+}
+
+SSS_DIPOLE_API const char *sss_dipole_material_name(size_t index)
+{
+    return index < sss_dipole_material_count() ? sss_dipole__materials[index].name : NULL;
+}
+
+// The next significant letter of a name, in lower case; 0 at the end. Never touches the locale.
+static int sss_dipole__letter(const char **p)
+{
+    while (**p == ' ' || **p == '-' || **p == '_')
+    {
+        (*p)++;
+    }
+    if (**p == '\0')
+    {
+        return 0;
+    }
+    return **p >= 'A' && **p <= 'Z' ? *(*p)++ - 'A' + 'a' : *(*p)++;
+}
+
+static int sss_dipole__same_name(const char *a, const char *b)
+{
+    for (;;)
+    {
+        const int x = sss_dipole__letter(&a), y = sss_dipole__letter(&b);
+        if (x != y || x == 0)
+        {
+            return x == y;
+        }
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_material_by_name(const char *name, sss_dipole_material *out)
+{
+    size_t i;
+    if (name == NULL || out == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < sss_dipole_material_count(); i++)
+    {
+        if (sss_dipole__same_name(name, sss_dipole__materials[i].name))
+        {
+            *out = sss_dipole__materials[i].material;
+            return SSS_OK;
+        }
+    }
+    return SSS_ERROR_NOT_FOUND;
+}
+
+static int sss_dipole__valid_material(const sss_dipole_material *m)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        if (!sss_dipole__in_range(m->sigma_s[i], 0.0, 1e150) || !sss_dipole__in_range(m->sigma_a[i], 0.0, 1e150))
+        {
+            return 0;
+        }
+    }
+    return sss_dipole__valid_eta(m->eta);
+}
+
+static sss_result sss_dipole__give_material(const sss_dipole_material *m, sss_dipole_material *out)
+{
+    if (!sss_dipole__valid_material(m))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    *out = *m;
+    return SSS_OK;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_material_from_coefficients(const double sigma_s[3], const double sigma_a[3],
+                                                                double eta, sss_dipole_material *out)
+{
+    sss_dipole_material m;
+    int i;
+    if (sigma_s == NULL || sigma_a == NULL || out == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        m.sigma_s[i] = sigma_s[i];
+        m.sigma_a[i] = sigma_a[i];
+    }
+    m.eta = eta;
+    return sss_dipole__give_material(&m, out);
+}
+
+// A = (1 + F_dr)/(1 - F_dr), and z_v = (1 + 4A/3) z_r.
+static double sss_dipole__image_ratio(double F_internal)
+{
+    const double A = (1.0 + F_internal) / (1.0 - F_internal);
+    return 1.0 + 4.0 / 3.0 * A;
+}
+
+// 1 - Rd_total as a function of u = sigma_tr z_r = sqrt(3 (1 - alpha')), with context = z_v/z_r: nothing
+// cancels as u -> 0.
+static double sss_dipole__loss_of_u(const void *context, double u)
+{
+    const double q = *(const double *)context;
+    return -0.5 * (expm1(-u) + expm1(-q * u)) + u * u / 6.0 * (exp(-u) + exp(-q * u));
+}
+
+// Rd_total as a function of v = sqrt(3) - u: alpha' = v (2 sqrt(3) - v)/3 keeps its digits as alpha' -> 0.
+static double sss_dipole__total_of_v(const void *context, double v)
+{
+    const double q = *(const double *)context, u = SSS_DIPOLE__SQRT3 - v;
+    return v * (2.0 * SSS_DIPOLE__SQRT3 - v) / 6.0 * (exp(-u) + exp(-q * u));
+}
+
+// Inverts Rd_total(alpha'), which rises from 0 to 1, for alpha' and 1 - alpha'.
+static void sss_dipole__invert_albedo(double albedo, double q, double *alpha_p, double *one_minus_alpha_p)
+{
+    const double u_split = 0.5 * SSS_DIPOLE__SQRT3;
+    *alpha_p = albedo;                   // right at both ends
+    *one_minus_alpha_p = 1.0 - albedo;
+    if (albedo <= 0.0 || albedo >= 1.0)
+    {
+        return;
+    }
+    if (1.0 - albedo < sss_dipole__loss_of_u(&q, u_split))
+    {
+        const double u = sss_dipole__bisect(sss_dipole__loss_of_u, &q, 1.0 - albedo, 1e-300, u_split);
+        *one_minus_alpha_p = u * u / 3.0;
+        *alpha_p = 1.0 - *one_minus_alpha_p;
+    }
+    else
+    {
+        const double v = sss_dipole__bisect(sss_dipole__total_of_v, &q, albedo, 1e-308, u_split);
+        *alpha_p = v * (2.0 * SSS_DIPOLE__SQRT3 - v) / 3.0;
+        *one_minus_alpha_p = 1.0 - *alpha_p;
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_material_from_albedo(const double albedo[3], const double mean_free_path[3],
+                                                          double eta, sss_dipole_material *out)
+{
+    sss_dipole_material m;
+    double q;
+    int i;
+    if (albedo == NULL || mean_free_path == NULL || out == NULL || !sss_dipole__valid_eta(eta))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    q = sss_dipole__image_ratio(sss_dipole_fresnel_internal(eta, SSS_DIPOLE_FRESNEL_EXACT));
+    for (i = 0; i < 3; i++)
+    {
+        double alpha_p, one_minus_alpha_p;
+        if (!sss_dipole__in_range(albedo[i], 0.0, 1.0) || !sss_dipole__in_range(mean_free_path[i], 1e-150, 1e150))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+        sss_dipole__invert_albedo(albedo[i], q, &alpha_p, &one_minus_alpha_p);
+        m.sigma_s[i] = alpha_p / mean_free_path[i];
+        m.sigma_a[i] = one_minus_alpha_p / mean_free_path[i];
+    }
+    m.eta = eta;
+    return sss_dipole__give_material(&m, out);
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_material_from_scattering(const double sigma_s[3], const double sigma_a[3],
+                                                              double g, double eta, sss_dipole_material *out)
+{
+    double reduced[3];
+    int i;
+    if (sigma_s == NULL || !(g > -1.0 && g < 1.0))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        reduced[i] = (1.0 - g) * sigma_s[i];
+    }
+    return sss_dipole_material_from_coefficients(reduced, sigma_a, eta, out);
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_material_to_albedo(const sss_dipole_material *material, double albedo[3],
+                                                        double mean_free_path[3])
+{
+    sss_profile profile;
+    int i;
+    if (material == NULL || albedo == NULL || mean_free_path == NULL
+        || sss_dipole_profile(material, SSS_DIPOLE_FRESNEL_EXACT, &profile) != SSS_OK)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        albedo[i] = sss_dipole_total(&profile, i);
+        mean_free_path[i] = profile.z_r[i] > 0.0 ? profile.z_r[i] : HUGE_VAL;
+    }
+    return SSS_OK;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_material_to_scattering(const sss_dipole_material *material, double g,
+                                                            double sigma_s[3], double sigma_a[3])
+{
+    int i;
+    if (material == NULL || sigma_s == NULL || sigma_a == NULL || !(g > -1.0 && g < 1.0)
+        || !sss_dipole__valid_material(material))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        sigma_s[i] = material->sigma_s[i] / (1.0 - g);
+        sigma_a[i] = material->sigma_a[i];
+    }
+    return SSS_OK;
+}
+
+// ---- 3. Profile ----
+
+SSS_DIPOLE_API sss_result sss_dipole_profile(const sss_dipole_material *material, sss_dipole_fresnel_mode mode,
+                                             sss_profile *out)
+{
+    sss_profile p;
+    double q;
+    int i;
+    if (material == NULL || out == NULL || !sss_dipole__valid_material(material)
+        || (mode != SSS_DIPOLE_FRESNEL_EXACT && mode != SSS_DIPOLE_FRESNEL_POLYNOMIAL))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    p.eta = material->eta;
+    p.F_internal = sss_dipole_fresnel_internal(p.eta, mode);
+    p.F_external = sss_dipole_fresnel_external(p.eta, mode);
+    q = sss_dipole__image_ratio(p.F_internal);
+    for (i = 0; i < 3; i++)
+    {
+        const double sigma_s = material->sigma_s[i], sigma_a = material->sigma_a[i];
+        const double sigma_t = sigma_s + sigma_a;               // sigma_t', 1/mm
+        p.alpha_p[i] = sigma_t > 0.0 ? sigma_s / sigma_t : 0.0;
+        p.sigma_tr[i] = sqrt(3.0 * sigma_a) * sqrt(sigma_t);    // 1/mm; two roots, so that nothing overflows
+        p.z_r[i] = sigma_t > 0.0 ? 1.0 / sigma_t : 0.0;         // mm
+        p.z_v[i] = q * p.z_r[i];                                // z_r + 4 A D, D = 1/(3 sigma_t')
+        if (!sss_dipole__finite(p.z_v[i]))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT; // sigma_t' so small that its inverse overflows
+        }
+    }
+    *out = p;
+    return SSS_OK;
+}
+
+static int sss_dipole__valid_profile(const sss_profile *p)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const int transparent = p->alpha_p[i] == 0.0;
+        if (!sss_dipole__in_range(p->alpha_p[i], 0.0, 1.0) || !(p->sigma_tr[i] >= 0.0)
+            || !(transparent ? p->z_r[i] >= 0.0 : p->z_r[i] > 0.0) || !(p->z_v[i] >= p->z_r[i])
+            || !sss_dipole__finite(p->sigma_tr[i]) || !sss_dipole__finite(p->z_v[i]))
+        {
+            return 0;
+        }
+    }
+    return sss_dipole__valid_eta(p->eta) && p->F_internal >= 0.0 && p->F_internal < 1.0 && p->F_external >= 0.0
+           && p->F_external < 1.0;
+}
+
+// Whether a channel of a profile can be asked for numbers at all.
+static int sss_dipole__valid_channel(const sss_profile *p, int channel)
+{
+    return p != NULL && channel >= 0 && channel < 3 && sss_dipole__valid_profile(p);
+}
+
+// One source of the dipole at weight z and distance d: z (1 + sigma d) exp(-sigma d) / d^3, ordered so that
+// neither d^3 nor its inverse overflows.
+static double sss_dipole__source(double sigma_tr, double z, double d)
+{
+    return z / d * ((sigma_tr + 1.0 / d) / d) * exp(-sigma_tr * d);
+}
+
+static double sss_dipole__Rd(const sss_profile *p, int i, double r)
+{
+    const double d_r = hypot(r, p->z_r[i]); // mm, to the real source
+    const double d_v = hypot(r, p->z_v[i]); // mm, to the virtual source
+    if (p->alpha_p[i] == 0.0)
+    {
+        return 0.0;
+    }
+    return p->alpha_p[i] / (4.0 * SSS_DIPOLE__PI)
+           * (sss_dipole__source(p->sigma_tr[i], p->z_r[i], d_r) + sss_dipole__source(p->sigma_tr[i], p->z_v[i], d_v));
+}
+
+SSS_DIPOLE_API double sss_dipole_Rd(const sss_profile *profile, int channel, double r)
+{
+    if (!sss_dipole__valid_channel(profile, channel) || !(r >= 0.0) || !sss_dipole__finite(r))
+    {
+        return NAN;
+    }
+    return sss_dipole__Rd(profile, channel, r);
+}
+
+static sss_result sss_dipole__check_array(const sss_profile *profile, const void *in, size_t count, const void *out)
+{
+    if (profile == NULL || in == NULL || out == NULL || !sss_dipole__valid_profile(profile))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (count == 0)
+    {
+        return SSS_ERROR_EMPTY;
+    }
+    return count > SIZE_MAX / (3 * sizeof(double)) ? SSS_ERROR_OVERFLOW : SSS_OK;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_Rd_array(const sss_profile *profile, const double *r, size_t count, double *out)
+{
+    const sss_result result = sss_dipole__check_array(profile, r, count, out);
+    size_t k;
+    int i;
+    for (k = 0; result == SSS_OK && k < count; k++)
+    {
+        if (!(r[k] >= 0.0) || !sss_dipole__finite(r[k]))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+    }
+    for (k = 0; result == SSS_OK && k < count; k++)
+    {
+        for (i = 0; i < 3; i++)
+        {
+            out[3 * k + (size_t)i] = sss_dipole__Rd(profile, i, r[k]);
+        }
+    }
+    return result;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_Rd_array_float(const sss_profile *profile, const float *r, size_t count,
+                                                    float *out)
+{
+    const sss_result result = sss_dipole__check_array(profile, r, count, out);
+    size_t k;
+    int i;
+    for (k = 0; result == SSS_OK && k < count; k++)
+    {
+        if (!(r[k] >= 0.0f) || !sss_dipole__finite((double)r[k]))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+    }
+    for (k = 0; result == SSS_OK && k < count; k++)
+    {
+        for (i = 0; i < 3; i++)
+        {
+            out[3 * k + (size_t)i] = (float)sss_dipole__Rd(profile, i, (double)r[k]);
+        }
+    }
+    return result;
+}
+
+SSS_DIPOLE_API double sss_dipole_Rd_placed(const sss_profile *profile, int channel, const double x_i[3],
+                                           const double x_o[3], const double n_o[3])
+{
+    double n[3], to_real[3], to_virtual[3];
+    int i;
+    if (!sss_dipole__valid_channel(profile, channel) || x_i == NULL || x_o == NULL || n_o == NULL)
+    {
+        return NAN;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        n[i] = n_o[i];
+    }
+    if (!sss_dipole__normalize(n))
+    {
+        return NAN;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        to_real[i] = x_i[i] - (x_o[i] - profile->z_r[channel] * n[i]);
+        to_virtual[i] = x_i[i] - (x_o[i] + profile->z_v[channel] * n[i]);
+    }
+    if (profile->alpha_p[channel] == 0.0)
+    {
+        return 0.0;
+    }
+    return profile->alpha_p[channel] / (4.0 * SSS_DIPOLE__PI)
+           * (sss_dipole__source(profile->sigma_tr[channel], profile->z_r[channel],
+                                 sqrt(sss_dipole__dot(to_real, to_real)))
+              + sss_dipole__source(profile->sigma_tr[channel], profile->z_v[channel],
+                                   sqrt(sss_dipole__dot(to_virtual, to_virtual))));
+}
+
+// The flux of one source through the plane beyond radius R, over 2 pi: (z/q) exp(-sigma q), q^2 = z^2 + R^2.
+static double sss_dipole__beyond(double sigma_tr, double z, double R)
+{
+    const double q = hypot(z, R);
+    return z / q * exp(-sigma_tr * q);
+}
+
+// The same inside R: exp(-sigma z) - (z/q) exp(-sigma q), both parts positive, so that a small R keeps its digits.
+static double sss_dipole__inside(double sigma_tr, double z, double R)
+{
+    const double q = hypot(z, R);
+    const double q_z = R / (q + z) * R; // q - z
+    return exp(-sigma_tr * z) * (q_z / q - z / q * expm1(-sigma_tr * q_z));
+}
+
+static double sss_dipole__sum_sources(double (*f)(double, double, double), const sss_profile *p, int i, double x)
+{
+    return p->alpha_p[i] == 0.0
+               ? 0.0
+               : 0.5 * p->alpha_p[i] * (f(p->sigma_tr[i], p->z_r[i], x) + f(p->sigma_tr[i], p->z_v[i], x));
+}
+
+SSS_DIPOLE_API double sss_dipole_total(const sss_profile *profile, int channel)
+{
+    return sss_dipole_flux_beyond(profile, channel, 0.0);
+}
+
+SSS_DIPOLE_API double sss_dipole_flux_inside(const sss_profile *profile, int channel, double radius)
+{
+    if (!sss_dipole__valid_channel(profile, channel) || !(radius >= 0.0))
+    {
+        return NAN;
+    }
+    if (!sss_dipole__finite(radius))
+    {
+        return sss_dipole_total(profile, channel);
+    }
+    return sss_dipole__sum_sources(sss_dipole__inside, profile, channel, radius);
+}
+
+SSS_DIPOLE_API double sss_dipole_flux_beyond(const sss_profile *profile, int channel, double radius)
+{
+    if (!sss_dipole__valid_channel(profile, channel) || !(radius >= 0.0))
+    {
+        return NAN;
+    }
+    if (!sss_dipole__finite(radius))
+    {
+        return 0.0;
+    }
+    return sss_dipole__sum_sources(sss_dipole__beyond, profile, channel, radius);
+}
+
+SSS_DIPOLE_API double sss_dipole_second_moment(const sss_profile *profile, int channel)
+{
+    double s, z_r, z_v;
+    if (!sss_dipole__valid_channel(profile, channel))
+    {
+        return NAN;
+    }
+    if (profile->alpha_p[channel] == 0.0)
+    {
+        return 0.0;
+    }
+    s = profile->sigma_tr[channel];
+    z_r = profile->z_r[channel];
+    z_v = profile->z_v[channel];
+    return s > 0.0 ? profile->alpha_p[channel] / s * (z_r * exp(-s * z_r) + z_v * exp(-s * z_v)) : HUGE_VAL;
+}
+
+typedef struct sss_dipole__of_channel
+{
+    const sss_profile *profile;
+    int channel;
+} sss_dipole__of_channel;
+
+static double sss_dipole__inside_of(const void *context, double radius)
+{
+    const sss_dipole__of_channel *c = (const sss_dipole__of_channel *)context;
+    return sss_dipole__sum_sources(sss_dipole__inside, c->profile, c->channel, radius);
+}
+
+static double sss_dipole__beyond_of(const void *context, double radius)
+{
+    const sss_dipole__of_channel *c = (const sss_dipole__of_channel *)context;
+    return sss_dipole__sum_sources(sss_dipole__beyond, c->profile, c->channel, radius);
+}
+
+SSS_DIPOLE_API double sss_dipole_radius(const sss_profile *profile, int channel, double fraction)
+{
+    sss_dipole__of_channel context;
+    double total, low, high;
+    if (!sss_dipole__valid_channel(profile, channel) || !sss_dipole__in_range(fraction, 0.0, 1.0))
+    {
+        return NAN;
+    }
+    total = sss_dipole_total(profile, channel);
+    if (fraction == 0.0 || total == 0.0)
+    {
+        return 0.0;
+    }
+    if (fraction == 1.0)
+    {
+        return HUGE_VAL;
+    }
+    context.profile = profile;
+    context.channel = channel;
+    low = 1e-160 * profile->z_r[channel]; // the flux inside goes as R^2, so that this holds less than any double
+    high = 1e20 * profile->z_v[channel];  // without absorption the flux beyond goes as 1/R: less than 1 - fraction
+    return fraction < 0.5
+               ? sss_dipole__bisect(sss_dipole__inside_of, &context, fraction * total, low, high)
+               : sss_dipole__bisect(sss_dipole__beyond_of, &context, (1.0 - fraction) * total, low, high);
+}
+
+static double sss_dipole__spectrum_of(double sigma_tr, double z, double k)
+{
+    return exp(-z * hypot(sigma_tr, k));
+}
+
+SSS_DIPOLE_API double sss_dipole_spectrum(const sss_profile *profile, int channel, double k)
+{
+    if (!sss_dipole__valid_channel(profile, channel) || !(k >= 0.0))
+    {
+        return NAN;
+    }
+    return sss_dipole__sum_sources(sss_dipole__spectrum_of, profile, channel, k);
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_lambert(const sss_profile *profile, const float *irradiance, size_t count,
+                                             float *radiosity)
+{
+    const sss_result result = sss_dipole__check_array(profile, irradiance, count, radiosity);
+    size_t k;
+    int i;
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    if (!sss_dipole__all_finite(irradiance, 3 * count))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        const double total = sss_dipole_total(profile, i);
+        for (k = 0; k < count; k++)
+        {
+            radiosity[3 * k + (size_t)i] = (float)(total * (double)irradiance[3 * k + (size_t)i]);
+        }
+    }
+    return SSS_OK;
+}
+
+// ---- 4. Irradiance ----
+
+static sss_result sss_dipole__check_mesh(const sss_mesh *mesh)
+{
+    size_t k;
+    if (mesh == NULL || mesh->positions == NULL || mesh->triangles == NULL || !(mesh->mm_per_unit > 0.0)
+        || !sss_dipole__finite(mesh->mm_per_unit))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (mesh->vertex_count == 0 || mesh->triangle_count == 0)
+    {
+        return SSS_ERROR_EMPTY;
+    }
+    // 512 bytes an element is more than any array made of it
+    if (mesh->vertex_count > SIZE_MAX / 512 || mesh->triangle_count > SIZE_MAX / 512)
+    {
+        return SSS_ERROR_OVERFLOW;
+    }
+    if (!sss_dipole__all_finite(mesh->positions, 3 * mesh->vertex_count)
+        || (mesh->normals != NULL && !sss_dipole__all_finite(mesh->normals, 3 * mesh->vertex_count)))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (k = 0; k < 3 * mesh->triangle_count; k++)
+    {
+        if (mesh->triangles[k] >= mesh->vertex_count)
+        {
+            return SSS_ERROR_INDEX;
+        }
+    }
+    return SSS_OK;
+}
+
+static void sss_dipole__corner(const sss_mesh *mesh, size_t triangle, int corner, double out[3])
+{
+    const float *p = mesh->positions + 3 * (size_t)mesh->triangles[3 * triangle + (size_t)corner];
+    out[0] = (double)p[0];
+    out[1] = (double)p[1];
+    out[2] = (double)p[2];
+}
+
+// Twice the area vector of a triangle.
+static void sss_dipole__area_vector(const double a[3], const double b[3], const double c[3], double out[3])
+{
+    const double ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+    const double ac[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+    sss_dipole__cross(ab, ac, out);
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_vertex_normals(const sss_mesh *mesh, float *normals)
+{
+    const sss_result result = sss_dipole__check_mesh(mesh);
+    size_t t, v;
+    int i, k;
+    if (result != SSS_OK || normals == NULL)
+    {
+        return result != SSS_OK ? result : SSS_ERROR_INVALID_ARGUMENT;
+    }
+    memset(normals, 0, 3 * mesh->vertex_count * sizeof *normals);
+    for (t = 0; t < mesh->triangle_count; t++)
+    {
+        double p[3][3], n[3];
+        for (k = 0; k < 3; k++)
+        {
+            sss_dipole__corner(mesh, t, k, p[k]);
+        }
+        sss_dipole__area_vector(p[0], p[1], p[2], n);
+        if (!sss_dipole__normalize(n))
+        {
+            continue;
+        }
+        for (k = 0; k < 3; k++)
+        {
+            const double *a = p[k], *b = p[(k + 1) % 3], *c = p[(k + 2) % 3];
+            const double ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+            const double ac[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+            double cross[3], angle;
+            sss_dipole__cross(ab, ac, cross);
+            angle = atan2(sqrt(sss_dipole__dot(cross, cross)), sss_dipole__dot(ab, ac));
+            for (i = 0; i < 3; i++)
+            {
+                normals[3 * (size_t)mesh->triangles[3 * t + (size_t)k] + (size_t)i] += (float)(angle * n[i]);
+            }
+        }
+    }
+    for (v = 0; v < mesh->vertex_count; v++)
+    {
+        double n[3] = {(double)normals[3 * v], (double)normals[3 * v + 1], (double)normals[3 * v + 2]};
+        if (!sss_dipole__normalize(n))
+        {
+            n[0] = n[1] = 0.0;
+            n[2] = 1.0;
+        }
+        for (i = 0; i < 3; i++)
+        {
+            normals[3 * v + (size_t)i] = (float)n[i];
+        }
+    }
+    return SSS_OK;
+}
+
+static int sss_dipole__valid_light(const sss_dipole_light *light, size_t element_count)
+{
+    const double cone[2] = {light->cos_outer, light->cos_inner};
+    const int aimed = light->kind == SSS_DIPOLE_LIGHT_DIRECTIONAL || light->kind == SSS_DIPOLE_LIGHT_SPOT;
+    const int placed = light->kind == SSS_DIPOLE_LIGHT_POINT || light->kind == SSS_DIPOLE_LIGHT_SPOT;
+    double direction[3];
+    size_t k;
+    int i, j;
+    for (i = 0; i < 3; i++)
+    {
+        direction[i] = light->direction[i];
+        if (light->kind == SSS_DIPOLE_LIGHT_ENVIRONMENT)
+        {
+            for (j = 0; j < 9; j++)
+            {
+                if (!sss_dipole__finite(light->sh[j][i]))
+                {
+                    return 0;
+                }
+            }
+        }
+        else if (!sss_dipole__in_range(light->color[i], 0.0, 1e150))
+        {
+            return 0;
+        }
+        if (placed && !sss_dipole__in_range(fabs(light->position[i]), 0.0, 1e100))
+        {
+            return 0;
+        }
+    }
+    if ((int)light->kind < SSS_DIPOLE_LIGHT_DIRECTIONAL || light->kind > SSS_DIPOLE_LIGHT_ENVIRONMENT
+        || (aimed && !sss_dipole__normalize(direction)))
+    {
+        return 0;
+    }
+    if (light->kind == SSS_DIPOLE_LIGHT_SPOT && !(-1.0 <= cone[0] && cone[0] <= cone[1] && cone[1] <= 1.0))
+    {
+        return 0;
+    }
+    for (k = 0; light->visibility != NULL && k < element_count; k++)
+    {
+        if (!sss_dipole__in_range((double)light->visibility[k], 0.0, 1.0))
+        {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+// The lobes 2 pi int_0^1 P_l(mu) F_t(mu) mu dmu, l = 0, 1, 2, that turn radiance coefficients into irradiance:
+// pi, 2 pi/3, pi/4 without Fresnel (Ramamoorthi and Hanrahan 2001). The rule is tanh-sinh, because F_t has a
+// root at grazing incidence or at the critical angle.
+static void sss_dipole__cosine_lobes(double eta, int no_fresnel, double lobes[3])
+{
+    const double low = !no_fresnel && eta < 1.0 ? sqrt((1.0 - eta) * (1.0 + eta)) : 0.0; // critical angle
+    const double step = 0.0625;
+    int i;
+    lobes[0] = lobes[1] = lobes[2] = 0.0;
+    for (i = -56; i <= 56; i++) // +-3.5: the weights have fallen to 1e-22
+    {
+        const double t = step * (double)i, s = 0.5 * SSS_DIPOLE__PI * sinh(t);
+        const double mu = low + (1.0 - low) * 0.5 * (1.0 + tanh(s));
+        const double weight = step * 0.25 * SSS_DIPOLE__PI * cosh(t) / (cosh(s) * cosh(s)) * (1.0 - low);
+        const double F_t = no_fresnel ? 1.0 : 1.0 - sss_dipole_fresnel(mu > 1.0 ? 1.0 : mu, eta);
+        const double f = 2.0 * SSS_DIPOLE__PI * weight * F_t * mu;
+        lobes[0] += f;
+        lobes[1] += f * mu;
+        lobes[2] += f * 0.5 * (3.0 * mu * mu - 1.0);
+    }
+}
+
+// Real orthonormal spherical harmonics up to band 2, without Condon-Shortley sign.
+static void sss_dipole__sh(const double n[3], double Y[9])
+{
+    const double x = n[0], y = n[1], z = n[2];
+    const double c1 = 0.48860251190291992, c2 = 1.0925484305920792, c3 = 0.31539156525252005; // sqrt(3/4pi),
+    Y[0] = 0.28209479177387814;                                                                // sqrt(15/4pi),
+    Y[1] = c1 * y;                                                                             // sqrt(5/16pi)
+    Y[2] = c1 * z;
+    Y[3] = c1 * x;
+    Y[4] = c2 * x * y;
+    Y[5] = c2 * y * z;
+    Y[6] = c3 * (3.0 * z * z - 1.0);
+    Y[7] = c2 * x * z;
+    Y[8] = 0.5 * c2 * (x * x - y * y);
+}
+
+// The irradiance per unit colour of a directional, point or spot light at x (mesh units) with unit normal n:
+// geometry, falloff in mm and the entering Fresnel transmittance.
+static double sss_dipole__light_factor(const sss_dipole_light *light, const sss_dipole_irradiance_options *options,
+                                       double mm_per_unit, const double x[3], const double n[3])
+{
+    double w[3], falloff = 1.0, cosine;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        w[i] = light->kind == SSS_DIPOLE_LIGHT_DIRECTIONAL ? light->direction[i]
+                                                           : (light->position[i] - x[i]) * mm_per_unit;
+    }
+    if (light->kind != SSS_DIPOLE_LIGHT_DIRECTIONAL)
+    {
+        falloff = 1.0 / sss_dipole__dot(w, w); // 1/mm^2
+        if (!sss_dipole__finite(falloff))
+        {
+            return 0.0; // on the surface itself
+        }
+    }
+    if (!sss_dipole__normalize(w))
+    {
+        return 0.0;
+    }
+    if (light->kind == SSS_DIPOLE_LIGHT_SPOT)
+    {
+        double axis[3] = {light->direction[0], light->direction[1], light->direction[2]}, t;
+        sss_dipole__normalize(axis);
+        t = -sss_dipole__dot(axis, w);
+        t = light->cos_inner > light->cos_outer ? (t - light->cos_outer) / (light->cos_inner - light->cos_outer)
+                                                : (t >= light->cos_inner ? 1.0 : 0.0);
+        t = sss_dipole__min(1.0, sss_dipole__max(0.0, t));
+        falloff *= t * t * (3.0 - 2.0 * t);
+    }
+    cosine = sss_dipole__min(1.0, sss_dipole__dot(n, w));
+    if (cosine <= 0.0)
+    {
+        return 0.0;
+    }
+    return falloff * cosine * (options->no_fresnel ? 1.0 : 1.0 - sss_dipole_fresnel(cosine, options->eta));
+}
+
+// All lights at one element; env[l][channel] are no arguments of a light, but the three lobes of the options.
+static void sss_dipole__light_element(const sss_dipole_light *lights, size_t light_count,
+                                      const sss_dipole_irradiance_options *options, double mm_per_unit,
+                                      const double x[3], const double n[3], const double lobes[3], size_t element,
+                                      double E[3])
+{
+    static const int band[9] = {0, 1, 1, 1, 2, 2, 2, 2, 2};
+    size_t l;
+    int i, j;
+    E[0] = E[1] = E[2] = 0.0;
+    for (l = 0; l < light_count; l++)
+    {
+        const double visibility = lights[l].visibility != NULL ? (double)lights[l].visibility[element] : 1.0;
+        if (lights[l].kind == SSS_DIPOLE_LIGHT_ENVIRONMENT)
+        {
+            double Y[9];
+            sss_dipole__sh(n, Y);
+            for (i = 0; i < 3; i++)
+            {
+                double sum = 0.0;
+                for (j = 0; j < 9; j++)
+                {
+                    sum += lobes[band[j]] * lights[l].sh[j][i] * Y[j];
+                }
+                E[i] += visibility * sss_dipole__max(0.0, sum);
+            }
+        }
+        else
+        {
+            const double factor = sss_dipole__light_factor(&lights[l], options, mm_per_unit, x, n);
+            for (i = 0; i < 3; i++)
+            {
+                E[i] += visibility * factor * lights[l].color[i];
+            }
+        }
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_irradiance(const sss_mesh *mesh, const sss_dipole_light *lights,
+                                                size_t light_count, const sss_dipole_irradiance_options *options,
+                                                float *irradiance)
+{
+    const sss_result result = sss_dipole__check_mesh(mesh);
+    size_t element_count, k;
+    double lobes[3];
+    int i;
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    if (options == NULL || irradiance == NULL || (lights == NULL && light_count > 0)
+        || !sss_dipole__valid_eta(options->eta)
+        || (options->elements != SSS_DIPOLE_VERTICES && options->elements != SSS_DIPOLE_TRIANGLES)
+        || (options->elements == SSS_DIPOLE_VERTICES && mesh->normals == NULL))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    element_count = options->elements == SSS_DIPOLE_VERTICES ? mesh->vertex_count : mesh->triangle_count;
+    for (k = 0; k < light_count; k++)
+    {
+        if (!sss_dipole__valid_light(&lights[k], element_count))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+    }
+    sss_dipole__cosine_lobes(options->eta, options->no_fresnel, lobes);
+    for (k = 0; k < element_count; k++)
+    {
+        double x[3], n[3], E[3];
+        if (options->elements == SSS_DIPOLE_VERTICES)
+        {
+            for (i = 0; i < 3; i++)
+            {
+                x[i] = (double)mesh->positions[3 * k + (size_t)i];
+                n[i] = (double)mesh->normals[3 * k + (size_t)i];
+            }
+        }
+        else
+        {
+            double p[3][3];
+            for (i = 0; i < 3; i++)
+            {
+                sss_dipole__corner(mesh, k, i, p[i]);
+            }
+            sss_dipole__area_vector(p[0], p[1], p[2], n);
+            for (i = 0; i < 3; i++)
+            {
+                x[i] = (p[0][i] + p[1][i] + p[2][i]) / 3.0;
+            }
+        }
+        E[0] = E[1] = E[2] = 0.0;
+        if (sss_dipole__normalize(n)) // a degenerate triangle or a zero normal faces no light
+        {
+            sss_dipole__light_element(lights, light_count, options, mesh->mm_per_unit, x, n, lobes, k, E);
+        }
+        for (i = 0; i < 3; i++)
+        {
+            irradiance[3 * k + (size_t)i] = (float)E[i];
+        }
+    }
+    return SSS_OK;
+}
+
+// ---- 5. Direct gather ----
+//
+// Lengths are divided by the emitters' bounding diagonal and irradiance by its largest value, so that float
+// holds at any scale. Triangles are sorted along a Morton curve into blocks of 16 (one wide register) and
+// groups of 64 blocks. For each receiver and block the distance decides between
+//   one point a triangle, at the centroid                           (far),
+//   three points, the rule of degree 2                              (middle),
+//   recursive 4-to-1 subdivision down to pieces that three points integrate (near),
+// with the distances at which each is good enough computed from the profile and the tolerance.
+
+#define SSS_DIPOLE__BLOCK 16u     // triangles
+#define SSS_DIPOLE__GROUP 64u     // blocks
+#define SSS_DIPOLE__TILE 16u      // receivers that share a pass over the emitters
+#define SSS_DIPOLE__BUFFER 512u   // near points collected before they are evaluated
+#define SSS_DIPOLE__BIN_BITS 6u   // table bins an octave: 2^6
+#define SSS_DIPOLE__SHIFT (23u - SSS_DIPOLE__BIN_BITS)
+#define SSS_DIPOLE__SIZES 256     // triangle sizes for which distances are tabulated, 4 an octave, up to 4
+#define SSS_DIPOLE__REACH 3.0     // receivers farther from the centre (in diagonals) take the scalar path
+#define SSS_DIPOLE__CLOSE 0.125   // sources closer to an emitter than this part of their z take the scalar path
+
+// The profile in units of the emitters' diagonal, and its tables.
+typedef struct sss_dipole__model
+{
+    sss_dipole_geometry geometry;
+    double a[3];             // alpha'/(4 pi); 0 for a channel without scattering
+    double sigma[3];         // sigma_tr
+    double z[2][3];          // z_r, z_v
+    double z_min, z_max;     // over the channels that scatter
+    float c;                 // tables are indexed by x = r^2 + c (distance) or x = s^2 (placed)
+    float x_low;             // smallest x tabulated
+    uint32_t base;           // bits of x_low >> SHIFT
+    size_t size;             // intervals in a table; 0 on the scalar path
+    double gain[3];          // table values are R_d / gain
+    const float *table[6];   // distance: R_d per channel; placed: real source per channel, virtual per channel
+} sss_dipole__model;
+
+typedef struct sss_dipole__block
+{
+    float center[3], radius; // bounding sphere of the triangles
+    float far_distance;      // beyond this, one point a triangle
+    float middle_distance;   // beyond this, three points
+} sss_dipole__block;
+
+// Sample points: x, y, z and weights E A for r, g, b, each in its own array.
+typedef struct sss_dipole__samples
+{
+    float *p[6];
+} sss_dipole__samples;
+
+typedef struct sss_dipole__near
+{
+    double far_distance[SSS_DIPOLE__SIZES], middle_distance[SSS_DIPOLE__SIZES];
+} sss_dipole__near;
+
+// Adds the samples [begin, end), a multiple of 16, to sum: position and normal of the receiver in `receiver`.
+typedef void (*sss_dipole__kernel)(const sss_dipole__model *model, const sss_dipole__samples *samples, size_t begin,
+                                   size_t end, const double receiver[6], double sum[3]);
+
+struct sss_dipole_gather
+{
+    sss_hooks hooks;
+    sss_dipole_gather_stats stats;
+    int point_sampling;
+    double center[3];            // mesh units
+    double unit_per_diagonal;    // mesh units in one diagonal
+    sss_dipole__model model;
+    sss_dipole__kernel kernel;
+    sss_dipole__near near_table;
+    size_t vertex_count, triangle_count; // of the mesh; triangle_count = 0 for points
+    size_t block_count, group_count;
+    double irradiance_scale;
+    sss_dipole__block *blocks;   // [block_count]
+    sss_dipole__block *groups;   // [group_count]
+    sss_dipole__samples one;     // [16 block_count] each
+    sss_dipole__samples three;   // [48 block_count] each
+    float *corners;              // [16 block_count][3][3]
+    float *corner_E;             // [16 block_count][3][3], of 1
+    float *area;                 // [16 block_count]; 0 in the padding
+    uint32_t *vertex;            // [16 block_count][3]
+    uint32_t *element;           // [16 block_count] triangle or point
+    float *tables;
+};
+
+// ---- 5.1 Kernels: the sum over samples. The scalar one reads like the paper; the others agree with it. ----
+
+static void sss_dipole__kernel_scalar(const sss_dipole__model *m, const sss_dipole__samples *samples, size_t begin,
+                                      size_t end, const double receiver[6], double sum[3])
+{
+    const float *const *p = (const float *const *)samples->p;
+    size_t k;
+    int i;
+    for (k = begin; k < end; k++)
+    {
+        const double v[3] = {(double)p[0][k] - receiver[0], (double)p[1][k] - receiver[1],
+                             (double)p[2][k] - receiver[2]};
+        const double r2 = sss_dipole__dot(v, v);
+        const double height = m->geometry == SSS_DIPOLE_PLACED ? sss_dipole__dot(v, receiver + 3) : 0.0;
+        const double t2 = sss_dipole__max(0.0, r2 - height * height); // the height is 0 for distance only
+        for (i = 0; i < 3; i++)
+        {
+            const double h_r = height + m->z[0][i], h_v = height - m->z[1][i];
+            const double d_r = sqrt(t2 + h_r * h_r), d_v = sqrt(t2 + h_v * h_v);
+            const double E_A = (double)p[3 + i][k];
+            if (m->a[i] > 0.0 && E_A != 0.0)
+            {
+                sum[i] += E_A * m->a[i]
+                          * (m->z[0][i] * (m->sigma[i] * d_r + 1.0) / (d_r * d_r * d_r) * exp(-m->sigma[i] * d_r)
+                             + m->z[1][i] * (m->sigma[i] * d_v + 1.0) / (d_v * d_v * d_v) * exp(-m->sigma[i] * d_v));
+            }
+        }
+    }
+}
+
+// Linear interpolation in a table whose bins split each octave of x evenly: exponent and leading mantissa bits
+// are the index, the remaining bits the fraction.
+static float sss_dipole__lookup(const sss_dipole__model *m, const float *table, float x)
+{
+    union { float f; uint32_t u; } bits, fraction;
+    const float *entry;
+    bits.f = x > m->x_low ? x : m->x_low;
+    fraction.u = ((bits.u << SSS_DIPOLE__BIN_BITS) & 0x7fffffu) | 0x3f800000u;
+    entry = table + ((bits.u >> SSS_DIPOLE__SHIFT) - m->base);
+    return entry[0] + (fraction.f - 1.0f) * (entry[1] - entry[0]);
+}
+
+static void sss_dipole__kernel_table(const sss_dipole__model *m, const sss_dipole__samples *samples, size_t begin,
+                                     size_t end, const double receiver[6], double sum[3])
+{
+    const float *const *p = (const float *const *)samples->p;
+    const float x = (float)receiver[0], y = (float)receiver[1], z = (float)receiver[2];
+    const float nx = (float)receiver[3], ny = (float)receiver[4], nz = (float)receiver[5];
+    float part[3] = {0.0f, 0.0f, 0.0f};
+    size_t k;
+    int i;
+    for (k = begin; k < end; k++)
+    {
+        const float dx = p[0][k] - x, dy = p[1][k] - y, dz = p[2][k] - z;
+        const float r2 = dx * dx + dy * dy + dz * dz;
+        if (m->geometry == SSS_DIPOLE_DISTANCE)
+        {
+            for (i = 0; i < 3; i++)
+            {
+                part[i] += p[3 + i][k] * sss_dipole__lookup(m, m->table[i], r2 + m->c);
+            }
+        }
+        else
+        {
+            const float height = dx * nx + dy * ny + dz * nz;
+            const float rest = r2 - height * height, t2 = rest > 0.0f ? rest : 0.0f;
+            for (i = 0; i < 3; i++)
+            {
+                const float h_r = height + (float)m->z[0][i], h_v = height - (float)m->z[1][i];
+                part[i] += p[3 + i][k] * (sss_dipole__lookup(m, m->table[i], t2 + h_r * h_r)
+                                          + sss_dipole__lookup(m, m->table[3 + i], t2 + h_v * h_v));
+            }
+        }
+    }
+    for (i = 0; i < 3; i++)
+    {
+        sum[i] += (double)part[i] * m->gain[i];
+    }
+}
+
+// The gcc of mingw does not align the stack for wide registers (its bug 54412).
+#if !defined(SSS_DIPOLE_NO_SIMD) && defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__)) \
+    && !(defined(__MINGW32__) && !defined(__clang__))
+#define SSS_DIPOLE__X86
+
+#include <immintrin.h>
+
+#define SSS_DIPOLE__AVX2 __attribute__((target("avx2,fma")))
+#define SSS_DIPOLE__AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,avx512bw")))
+
+// Where in the tables a register of x lies; shared by the channels.
+typedef struct sss_dipole__place8
+{
+    __m256i index;
+    __m256 fraction;
+} sss_dipole__place8;
+
+SSS_DIPOLE__AVX2 static inline sss_dipole__place8 sss_dipole__place_avx2(const sss_dipole__model *m, __m256 x)
+{
+    sss_dipole__place8 place;
+    const __m256i bits = _mm256_castps_si256(_mm256_max_ps(x, _mm256_set1_ps(m->x_low)));
+    const __m256i mantissa = _mm256_and_si256(_mm256_slli_epi32(bits, (int)SSS_DIPOLE__BIN_BITS),
+                                              _mm256_set1_epi32(0x7fffff));
+    place.index = _mm256_sub_epi32(_mm256_srli_epi32(bits, (int)SSS_DIPOLE__SHIFT), _mm256_set1_epi32((int)m->base));
+    place.fraction = _mm256_sub_ps(_mm256_castsi256_ps(_mm256_or_si256(mantissa, _mm256_set1_epi32(0x3f800000))),
+                                   _mm256_set1_ps(1.0f));
+    return place;
+}
+
+SSS_DIPOLE__AVX2 static inline __m256 sss_dipole__lookup_avx2(const float *table, sss_dipole__place8 place)
+{
+    const __m256 low = _mm256_i32gather_ps(table, place.index, 4);
+    const __m256 high = _mm256_i32gather_ps(table + 1, place.index, 4);
+    return _mm256_fmadd_ps(place.fraction, _mm256_sub_ps(high, low), low);
+}
+
+SSS_DIPOLE__AVX2 static double sss_dipole__sum_avx2(__m256 v)
+{
+    float lane[8];
+    _mm256_storeu_ps(lane, v);
+    return (double)((lane[0] + lane[4]) + (lane[2] + lane[6])) + (double)((lane[1] + lane[5]) + (lane[3] + lane[7]));
+}
+
+SSS_DIPOLE__AVX2 static void sss_dipole__kernel_avx2(const sss_dipole__model *m, const sss_dipole__samples *samples,
+                                                     size_t begin, size_t end, const double receiver[6],
+                                                     double sum[3])
+{
+    float *const *p = samples->p;
+    const __m256 x = _mm256_set1_ps((float)receiver[0]), y = _mm256_set1_ps((float)receiver[1]);
+    const __m256 z = _mm256_set1_ps((float)receiver[2]), c = _mm256_set1_ps(m->c);
+    const __m256 nx = _mm256_set1_ps((float)receiver[3]), ny = _mm256_set1_ps((float)receiver[4]);
+    const __m256 nz = _mm256_set1_ps((float)receiver[5]);
+    __m256 part[3];
+    size_t k;
+    int i;
+    part[0] = part[1] = part[2] = _mm256_setzero_ps();
+    for (k = begin; k < end; k += 8)
+    {
+        const __m256 dx = _mm256_sub_ps(_mm256_loadu_ps(p[0] + k), x);
+        const __m256 dy = _mm256_sub_ps(_mm256_loadu_ps(p[1] + k), y);
+        const __m256 dz = _mm256_sub_ps(_mm256_loadu_ps(p[2] + k), z);
+        const __m256 r2 = _mm256_fmadd_ps(dx, dx, _mm256_fmadd_ps(dy, dy, _mm256_mul_ps(dz, dz)));
+        if (m->geometry == SSS_DIPOLE_DISTANCE)
+        {
+            const sss_dipole__place8 place = sss_dipole__place_avx2(m, _mm256_add_ps(r2, c));
+            for (i = 0; i < 3; i++)
+            {
+                part[i] = _mm256_fmadd_ps(_mm256_loadu_ps(p[3 + i] + k), sss_dipole__lookup_avx2(m->table[i], place),
+                                          part[i]);
+            }
+        }
+        else
+        {
+            const __m256 height = _mm256_fmadd_ps(dx, nx, _mm256_fmadd_ps(dy, ny, _mm256_mul_ps(dz, nz)));
+            const __m256 t2 = _mm256_max_ps(_mm256_fnmadd_ps(height, height, r2), _mm256_setzero_ps());
+            for (i = 0; i < 3; i++)
+            {
+                const __m256 h_r = _mm256_add_ps(height, _mm256_set1_ps((float)m->z[0][i]));
+                const __m256 h_v = _mm256_sub_ps(height, _mm256_set1_ps((float)m->z[1][i]));
+                const sss_dipole__place8 at_r = sss_dipole__place_avx2(m, _mm256_fmadd_ps(h_r, h_r, t2));
+                const sss_dipole__place8 at_v = sss_dipole__place_avx2(m, _mm256_fmadd_ps(h_v, h_v, t2));
+                part[i] = _mm256_fmadd_ps(_mm256_loadu_ps(p[3 + i] + k),
+                                          _mm256_add_ps(sss_dipole__lookup_avx2(m->table[i], at_r),
+                                                        sss_dipole__lookup_avx2(m->table[3 + i], at_v)),
+                                          part[i]);
+            }
+        }
+    }
+    for (i = 0; i < 3; i++)
+    {
+        sum[i] += sss_dipole__sum_avx2(part[i]) * m->gain[i];
+    }
+}
+
+typedef struct sss_dipole__place16
+{
+    __m512i index;
+    __m512 fraction;
+} sss_dipole__place16;
+
+SSS_DIPOLE__AVX512 static inline sss_dipole__place16 sss_dipole__place_avx512(const sss_dipole__model *m, __m512 x)
+{
+    sss_dipole__place16 place;
+    const __m512i bits = _mm512_castps_si512(_mm512_max_ps(x, _mm512_set1_ps(m->x_low)));
+    const __m512i mantissa = _mm512_and_si512(_mm512_slli_epi32(bits, SSS_DIPOLE__BIN_BITS),
+                                              _mm512_set1_epi32(0x7fffff));
+    place.index = _mm512_sub_epi32(_mm512_srli_epi32(bits, SSS_DIPOLE__SHIFT), _mm512_set1_epi32((int)m->base));
+    place.fraction = _mm512_sub_ps(_mm512_castsi512_ps(_mm512_or_si512(mantissa, _mm512_set1_epi32(0x3f800000))),
+                                   _mm512_set1_ps(1.0f));
+    return place;
+}
+
+// Both ends of a bin come in one 64-bit element: half as many loads as two gathers of floats.
+SSS_DIPOLE__AVX512 static inline __m512 sss_dipole__lookup_avx512(const float *table, sss_dipole__place16 place)
+{
+    const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+    const __m512i odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+    const __m512 a = _mm512_castpd_ps(
+        _mm512_i32gather_pd(_mm512_castsi512_si256(place.index), (const void *)table, 4));
+    const __m512 b = _mm512_castpd_ps(
+        _mm512_i32gather_pd(_mm512_extracti64x4_epi64(place.index, 1), (const void *)table, 4));
+    const __m512 low = _mm512_permutex2var_ps(a, even, b), high = _mm512_permutex2var_ps(a, odd, b);
+    return _mm512_fmadd_ps(place.fraction, _mm512_sub_ps(high, low), low);
+}
+
+SSS_DIPOLE__AVX512 static double sss_dipole__sum_avx512(__m512 v)
+{
+    float lane[16];
+    double sum = 0.0;
+    int i;
+    _mm512_storeu_ps(lane, v);
+    for (i = 0; i < 8; i++)
+    {
+        sum += (double)(lane[i] + lane[i + 8]);
+    }
+    return sum;
+}
+
+SSS_DIPOLE__AVX512 static void sss_dipole__kernel_avx512(const sss_dipole__model *m,
+                                                         const sss_dipole__samples *samples, size_t begin, size_t end,
+                                                         const double receiver[6], double sum[3])
+{
+    float *const *p = samples->p;
+    const __m512 x = _mm512_set1_ps((float)receiver[0]), y = _mm512_set1_ps((float)receiver[1]);
+    const __m512 z = _mm512_set1_ps((float)receiver[2]), c = _mm512_set1_ps(m->c);
+    const __m512 nx = _mm512_set1_ps((float)receiver[3]), ny = _mm512_set1_ps((float)receiver[4]);
+    const __m512 nz = _mm512_set1_ps((float)receiver[5]);
+    __m512 part[3];
+    size_t k;
+    int i;
+    part[0] = part[1] = part[2] = _mm512_setzero_ps();
+    for (k = begin; k < end; k += 16)
+    {
+        const __m512 dx = _mm512_sub_ps(_mm512_loadu_ps(p[0] + k), x);
+        const __m512 dy = _mm512_sub_ps(_mm512_loadu_ps(p[1] + k), y);
+        const __m512 dz = _mm512_sub_ps(_mm512_loadu_ps(p[2] + k), z);
+        const __m512 r2 = _mm512_fmadd_ps(dx, dx, _mm512_fmadd_ps(dy, dy, _mm512_mul_ps(dz, dz)));
+        if (m->geometry == SSS_DIPOLE_DISTANCE)
+        {
+            const sss_dipole__place16 place = sss_dipole__place_avx512(m, _mm512_add_ps(r2, c));
+            for (i = 0; i < 3; i++)
+            {
+                part[i] = _mm512_fmadd_ps(_mm512_loadu_ps(p[3 + i] + k),
+                                          sss_dipole__lookup_avx512(m->table[i], place), part[i]);
+            }
+        }
+        else
+        {
+            const __m512 height = _mm512_fmadd_ps(dx, nx, _mm512_fmadd_ps(dy, ny, _mm512_mul_ps(dz, nz)));
+            const __m512 t2 = _mm512_max_ps(_mm512_fnmadd_ps(height, height, r2), _mm512_setzero_ps());
+            for (i = 0; i < 3; i++)
+            {
+                const __m512 h_r = _mm512_add_ps(height, _mm512_set1_ps((float)m->z[0][i]));
+                const __m512 h_v = _mm512_sub_ps(height, _mm512_set1_ps((float)m->z[1][i]));
+                const sss_dipole__place16 at_r = sss_dipole__place_avx512(m, _mm512_fmadd_ps(h_r, h_r, t2));
+                const sss_dipole__place16 at_v = sss_dipole__place_avx512(m, _mm512_fmadd_ps(h_v, h_v, t2));
+                part[i] = _mm512_fmadd_ps(_mm512_loadu_ps(p[3 + i] + k),
+                                          _mm512_add_ps(sss_dipole__lookup_avx512(m->table[i], at_r),
+                                                        sss_dipole__lookup_avx512(m->table[3 + i], at_v)),
+                                          part[i]);
+            }
+        }
+    }
+    for (i = 0; i < 3; i++)
+    {
+        sum[i] += sss_dipole__sum_avx512(part[i]) * m->gain[i];
+    }
+}
+#endif
+
+// The kernel of a path, or NULL where the processor lacks it.
+static sss_dipole__kernel sss_dipole__find_kernel(sss_dipole_path path)
+{
+    switch (path)
+    {
+    case SSS_DIPOLE_PATH_SCALAR: return sss_dipole__kernel_scalar;
+    case SSS_DIPOLE_PATH_TABLE:  return sss_dipole__kernel_table;
+#ifdef SSS_DIPOLE__X86
+    case SSS_DIPOLE_PATH_AVX2:
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? sss_dipole__kernel_avx2 : NULL;
+    case SSS_DIPOLE_PATH_AVX512:
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+                       && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")
+                   ? sss_dipole__kernel_avx512
+                   : NULL;
+#else
+    case SSS_DIPOLE_PATH_AVX2:
+    case SSS_DIPOLE_PATH_AVX512: return NULL;
+#endif
+    case SSS_DIPOLE_PATH_AUTO: break;
+    }
+    return NULL;
+}
+
+static sss_dipole_path sss_dipole__fastest_path(void)
+{
+    if (sss_dipole__find_kernel(SSS_DIPOLE_PATH_AVX512) != NULL)
+    {
+        return SSS_DIPOLE_PATH_AVX512;
+    }
+    return sss_dipole__find_kernel(SSS_DIPOLE_PATH_AVX2) != NULL ? SSS_DIPOLE_PATH_AVX2 : SSS_DIPOLE_PATH_TABLE;
+}
+
+// ---- 5.2 Model: the profile in diagonals, its tables, and what distances need which rule ----
+
+// Fills in the profile for lengths in diagonals. A mean free path below 1e-15 of the diagonal is raised to it,
+// sigma_tr z kept: R_d then still is a delta function to any tolerance, and float can hold it.
+static void sss_dipole__make_model(const sss_profile *profile, sss_dipole_geometry geometry, double diagonal_mm,
+                                   sss_dipole__model *m)
+{
+    int i;
+    memset(m, 0, sizeof *m);
+    m->geometry = geometry;
+    m->z_min = HUGE_VAL;
+    for (i = 0; i < 3; i++)
+    {
+        const double z_r = profile->z_r[i] / diagonal_mm;
+        const double z_used = sss_dipole__min(1e15, sss_dipole__max(1e-15, z_r));
+        m->a[i] = profile->alpha_p[i] / (4.0 * SSS_DIPOLE__PI);
+        m->z[0][i] = m->z[1][i] = 1.0; // any: the channel does not scatter
+        m->gain[i] = 1.0;
+        if (m->a[i] > 0.0)
+        {
+            m->z[0][i] = z_used;
+            m->z[1][i] = z_used * (profile->z_v[i] / profile->z_r[i]);
+            m->sigma[i] = profile->sigma_tr[i] * profile->z_r[i] / z_used;
+            m->z_min = sss_dipole__min(m->z_min, m->z[0][i]);
+            m->z_max = sss_dipole__max(m->z_max, m->z[1][i]);
+        }
+    }
+    if (m->z_max == 0.0)
+    {
+        m->z_min = m->z_max = 1.0; // nothing scatters
+    }
+}
+
+// The tabulated function k at x: R_d at r^2 = x - c, or one source at s^2 = x; per gain.
+static double sss_dipole__tabulated(const sss_dipole__model *m, int k, double x)
+{
+    const int i = k % 3;
+    double value = 0.0;
+    int source;
+    for (source = 0; source < 2; source++)
+    {
+        const double z = m->z[source][i];
+        const double d = m->geometry == SSS_DIPOLE_DISTANCE
+                             ? sqrt(sss_dipole__max(0.0, x - m->z_min * m->z_min) + z * z)
+                             : sqrt(x);
+        if (m->geometry == SSS_DIPOLE_DISTANCE || source == k / 3)
+        {
+            value += sss_dipole__source(m->sigma[i], z, d);
+        }
+    }
+    return m->a[i] * value / m->gain[i];
+}
+
+static double sss_dipole__x_at(const sss_dipole__model *m, size_t entry)
+{
+    union { float f; uint32_t u; } bits;
+    bits.u = (m->base + (uint32_t)entry) << SSS_DIPOLE__SHIFT;
+    return (double)bits.f;
+}
+
+// Range and size of the tables; returns the number of tables.
+static int sss_dipole__plan_tables(sss_dipole__model *m)
+{
+    union { float f; uint32_t u; } low, high;
+    const int placed = m->geometry == SSS_DIPOLE_PLACED;
+    const double reach = SSS_DIPOLE__REACH + 1.0 + (placed ? m->z_max : 0.0);
+    const double nearest = placed ? SSS_DIPOLE__CLOSE * m->z_min : m->z_min;
+    low.f = (float)(nearest * nearest);
+    high.f = (float)(reach * reach + nearest * nearest);
+    m->c = placed ? 0.0f : (float)(m->z_min * m->z_min);
+    m->x_low = low.f;
+    m->base = low.u >> SSS_DIPOLE__SHIFT;
+    m->size = (high.u >> SSS_DIPOLE__SHIFT) - m->base + 2;
+    return placed ? 6 : 3;
+}
+
+// Fills table k [size + 1] and returns its error: the share of R_d's flux by which the interpolant differs.
+// Linear interpolation of a convex function lies above it: nodes are lowered by half the error at midpoints.
+// What has fallen below 1e-25 of the largest value is 0, so that no product is subnormal.
+static double sss_dipole__fill_table(const sss_dipole__model *m, int k, float *table)
+{
+    double wrong = 0.0, flux = 0.0, before = 0.0, value = sss_dipole__tabulated(m, k, sss_dipole__x_at(m, 0));
+    size_t j;
+    for (j = 0; j <= m->size; j++)
+    {
+        const double x = sss_dipole__x_at(m, j), x_next = sss_dipole__x_at(m, j + 1);
+        const double next = sss_dipole__tabulated(m, k, x_next);
+        const double middle = sss_dipole__tabulated(m, k, 0.5 * (x + x_next));
+        const double excess = 0.5 * (value + next) - middle;
+        const double node = value - 0.25 * (before + excess);
+        wrong += 0.5 * fabs(excess) * (x_next - x); // dA = pi dx
+        flux += middle * (x_next - x);
+        table[j] = node > 1e-25 ? (float)node : 0.0f;
+        before = excess;
+        value = next;
+    }
+    return flux > 0.0 ? wrong / flux : 0.0;
+}
+
+// Builds all tables and returns the largest error, float rounding included.
+static double sss_dipole__fill_tables(sss_dipole__model *m, int count, float *storage)
+{
+    double error = 0.0;
+    int i, k;
+    for (i = 0; i < 3; i++)
+    {
+        const double x = sss_dipole__x_at(m, 0);
+        double largest = sss_dipole__tabulated(m, i, x);
+        if (m->geometry == SSS_DIPOLE_PLACED)
+        {
+            largest = sss_dipole__max(largest, sss_dipole__tabulated(m, 3 + i, x));
+        }
+        m->gain[i] = largest > 0.0 ? largest : 1.0;
+    }
+    for (k = 0; k < count; k++)
+    {
+        float *table = storage + (size_t)k * (m->size + 1);
+        m->table[k] = table;
+        error = sss_dipole__max(error, sss_dipole__fill_table(m, k, table));
+    }
+    return error + 4e-6; // float: positions, 64 additions a lane
+}
+
+// The relative error of B if every triangle of edge h beyond distance r is one point. The rule's error at one
+// triangle is (h^2/48) laplace R_d A, h^2/24 being the variance of an equilateral triangle along an axis; over
+// the plane beyond r that integrates, by Gauss's theorem, to (h^2/48) 2 pi r |R_d'(r)|.
+static double sss_dipole__one_point_error(const sss_dipole__model *m, double h, double r)
+{
+    double worst = 0.0;
+    int i, source;
+    for (i = 0; i < 3; i++)
+    {
+        double slope = 0.0, total = 0.0;
+        for (source = 0; m->a[i] > 0.0 && source < 2; source++)
+        {
+            const double z = m->z[source][i], d = sqrt(r * r + z * z), u = m->sigma[i] * d;
+            slope += z / d * (r / d) * (3.0 + 3.0 * u + u * u) / (d * d) * exp(-u) / d; // -R_d'/a
+            total += 2.0 * SSS_DIPOLE__PI * exp(-m->sigma[i] * z);
+        }
+        if (total > 0.0)
+        {
+            worst = sss_dipole__max(worst, h * h / 48.0 * 2.0 * SSS_DIPOLE__PI * r * slope / total);
+        }
+    }
+    return worst;
+}
+
+// The same for three points at distance s from a source: the leading term is the mismatch of fourth moments,
+// 6.5e-5 h^4 times the double Laplacian of R_d, 225 z/s^7 for a bare source; with absorption 1/s becomes
+// 1/s + sigma/3. Integrated beyond s it is 2.9e-3 (h (1/s + sigma/3))^4 times the share z/s exp(-sigma (s-z)).
+static double sss_dipole__three_point_error(const sss_dipole__model *m, double h, double s)
+{
+    double worst = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const double z = m->z[0][i], q = h * (1.0 / s + m->sigma[i] / 3.0);
+        if (m->a[i] > 0.0)
+        {
+            const double share = s > z ? z / s * exp(-m->sigma[i] * (s - z)) : 1.0;
+            worst = sss_dipole__max(worst, 2.9e-3 * q * q * q * q * share);
+        }
+    }
+    return worst;
+}
+
+// The size class of an edge length: 4 an octave, the last one at 4 diagonals, rounded up.
+static int sss_dipole__size_class(double h)
+{
+    int exponent, index;
+    double mantissa;
+    if (!(h > 0.0))
+    {
+        return 0;
+    }
+    mantissa = frexp(h, &exponent); // [0.5, 1)
+    index = SSS_DIPOLE__SIZES - 1 + 4 * (exponent - 2)
+            - (mantissa <= 0.59460355750136051 ? 3 : mantissa <= 0.70710678118654752 ? 2
+               : mantissa <= 0.84089641525371454 ? 1 : 0); // 2^(-3/4), 2^(-1/2), 2^(-1/4)
+    return index < 0 ? 0 : index >= SSS_DIPOLE__SIZES ? SSS_DIPOLE__SIZES - 1 : index;
+}
+
+// For each size class the distance from the receiver beyond which one point a triangle is enough, and the
+// distance from a source beyond which three are; each may spend a quarter of the tolerance.
+static void sss_dipole__plan_distances(const sss_dipole__model *m, double tolerance, sss_dipole__near *near_table)
+{
+    const double step = 1.0905077326652577; // 2^(1/8)
+    int k;
+    for (k = 0; k < SSS_DIPOLE__SIZES; k++)
+    {
+        const double h = pow(2.0, 2.0 - (double)(SSS_DIPOLE__SIZES - 1 - k) / 4.0);
+        double r = 4.0 + m->z_max;
+        while (r > 0.01 * m->z_min && sss_dipole__one_point_error(m, h, r) <= 0.25 * tolerance)
+        {
+            r /= step;
+        }
+        near_table->far_distance[k] = r > 0.01 * m->z_min ? r * step : 0.0;
+        r = 4.0 + m->z_max;
+        while (r > 0.01 * m->z_min && sss_dipole__three_point_error(m, h, r) <= 0.25 * tolerance)
+        {
+            r /= step;
+        }
+        near_table->middle_distance[k] = r > 0.01 * m->z_min ? r * step : 0.0;
+    }
+}
+
+// ---- Predicting errors from the spectrum ----
+//
+// In the plane scattering is a convolution, and its spectrum T(k) = spectrum(k)/total has a closed form. A
+// shadow edge across an object of size D has all frequencies, |E(k)|^2 = 1/k^2, over a lit length D/2, so that by
+// Parseval a method that multiplies the spectrum by M(k) has the relative L2 error
+//   sqrt(2/D 1/pi int_0^inf (T - M)^2 / k^2 dk).
+// What the eye gets is that after averaging over a pixel, and a mesh cannot hold an edge sharper than its own.
+
+static double sss_dipole__sinc2(double x)
+{
+    if (x < 1e-3)
+    {
+        return 1.0 - x * x / 3.0;
+    }
+    return x > 3.0 ? 0.5 / (x * x) : sin(x) / x * (sin(x) / x); // its mean where it oscillates
+}
+
+// 1 - T(k), without cancellation as k -> 0.
+static double sss_dipole__one_minus_T(double sigma, double z_r, double z_v, double k)
+{
+    const double extra = k * (k / (hypot(sigma, k) + sigma)); // sqrt(sigma^2 + k^2) - sigma
+    const double w_r = exp(-sigma * z_r), w_v = exp(-sigma * z_v), sum = w_r + w_v;
+    if (!(sum > 0.0))
+    {
+        return -expm1(-z_r * extra); // the real source dominates
+    }
+    return -(w_r * expm1(-z_r * extra) + w_v * expm1(-z_v * extra)) / sum;
+}
+
+typedef struct sss_dipole__edge
+{
+    double sigma, z_r, z_v;
+    double smooth, pixel; // mm: width of the irradiance's ramp, width of a pixel
+    double spacing;       // mm: of linear interpolation of B
+} sss_dipole__edge;
+
+// int over ln k by the trapezoidal rule, 8 points an octave, over all k that matter to a profile of scale z.
+static double sss_dipole__integrate_edge(const sss_dipole__edge *e, double (*f)(const sss_dipole__edge *, double))
+{
+    const double step = 0.69314718055994531 / 8.0;
+    double sum = 0.0;
+    int i;
+    for (i = -320; i <= 240; i++) // k from 2^-40/z to 2^30/z
+    {
+        const double k = exp(step * (double)i) / e->z_r;
+        sum += step * k * f(e, k);
+    }
+    return sum / SSS_DIPOLE__PI;
+}
+
+// Lambert has M = 1.
+static double sss_dipole__lambert_integrand(const sss_dipole__edge *e, double k)
+{
+    const double d = sss_dipole__one_minus_T(e->sigma, e->z_r, e->z_v, k);
+    return sss_dipole__sinc2(0.5 * k * e->smooth) * sss_dipole__sinc2(0.5 * k * e->pixel) * (d / k) * (d / k);
+}
+
+// Linear interpolation of B over a spacing h loses h^4/120 |B''|^2, and never more than all of it.
+static double sss_dipole__interpolation_integrand(const sss_dipole__edge *e, double k)
+{
+    const double T = 1.0 - sss_dipole__one_minus_T(e->sigma, e->z_r, e->z_v, k);
+    const double kh = k * e->spacing, lost = kh < 1e3 ? sss_dipole__min(1.0, kh * kh * kh * kh / 120.0) : 1.0;
+    return T / k * (T / k) * lost;
+}
+
+// One sample a triangle, no integration: the relative error of B under uniform light at spacing h. A regular
+// lattice aliases at its reciprocal vectors, |k| = 4 pi/(sqrt(3) h), six of them, each by half for a receiver
+// at a vertex: 3 T(k). Irregular triangles add (h^2/48) laplace R_d A each, which cancels but for the scatter of
+// h^2, taken as half of it: 1/2 h^2/48 sqrt(A) |laplace R_d|_2, with |.|_2^2 = 1/(2 pi) int k^5 T^2 dk.
+#define SSS_DIPOLE__SCATTER 0.5
+static double sss_dipole__sampling_error_of(double sigma, double z_r, double z_v, double h)
+{
+    const double T_lattice = 1.0 - sss_dipole__one_minus_T(sigma, z_r, z_v, 4.0 * SSS_DIPOLE__PI / (SSS_DIPOLE__SQRT3 * h));
+    const double step = 0.69314718055994531 / 8.0;
+    double sum = 0.0;
+    int i;
+    for (i = -160; i <= 80; i++)
+    {
+        const double kz = exp(step * (double)i), T = 1.0 - sss_dipole__one_minus_T(sigma, z_r, z_v, kz / z_r);
+        sum += step * kz * kz * kz * kz * kz * kz * T * T; // (k z_r)^6 dk/k
+    }
+    return 3.0 * T_lattice
+           + SSS_DIPOLE__SCATTER * h * h / 48.0 * sqrt(0.25 * SSS_DIPOLE__SQRT3) * h
+                 * sqrt(sum / (2.0 * SSS_DIPOLE__PI)) / (z_r * z_r * z_r);
+}
+
+static double sss_dipole__sampling_error(const sss_dipole__model *m, double h)
+{
+    double worst = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        if (m->a[i] > 0.0)
+        {
+            worst = sss_dipole__max(worst, sss_dipole__sampling_error_of(m->sigma[i], m->z[0][i], m->z[1][i], h));
+        }
+    }
+    return worst;
+}
+
+// ---- 5.3 Preparing the emitters ----
+
+static void *sss_dipole__allocate(const sss_hooks *hooks, size_t bytes)
+{
+    return hooks->allocate != NULL ? hooks->allocate(hooks->user, bytes) : malloc(bytes);
+}
+
+static void sss_dipole__release(const sss_hooks *hooks, void *pointer)
+{
+    if (pointer == NULL)
+    {
+        return;
+    }
+    if (hooks->allocate != NULL)
+    {
+        hooks->release(hooks->user, pointer);
+    }
+    else
+    {
+        free(pointer);
+    }
+}
+
+// What is being prepared: a mesh or points, behind one interface.
+typedef struct sss_dipole__emitters
+{
+    const sss_mesh *mesh;            // or NULL
+    const sss_dipole_points *points; // or NULL
+    size_t count;                    // triangles or points
+    double mm_per_unit;
+} sss_dipole__emitters;
+
+static void sss_dipole__emitter_centroid(const sss_dipole__emitters *e, size_t k, double out[3])
+{
+    int i;
+    if (e->mesh != NULL)
+    {
+        double p[3][3];
+        for (i = 0; i < 3; i++)
+        {
+            sss_dipole__corner(e->mesh, k, i, p[i]);
+        }
+        for (i = 0; i < 3; i++)
+        {
+            out[i] = (p[0][i] + p[1][i] + p[2][i]) / 3.0;
+        }
+    }
+    else
+    {
+        for (i = 0; i < 3; i++)
+        {
+            out[i] = (double)e->points->positions[3 * k + (size_t)i];
+        }
+    }
+}
+
+// Area in square mesh units.
+static double sss_dipole__emitter_area(const sss_dipole__emitters *e, size_t k)
+{
+    double p[3][3], n[3];
+    int i;
+    if (e->mesh == NULL)
+    {
+        return (double)e->points->areas[k] / (e->mm_per_unit * e->mm_per_unit);
+    }
+    for (i = 0; i < 3; i++)
+    {
+        sss_dipole__corner(e->mesh, k, i, p[i]);
+    }
+    sss_dipole__area_vector(p[0], p[1], p[2], n);
+    return 0.5 * sqrt(sss_dipole__dot(n, n));
+}
+
+// Centre and diagonal of the bounding box of all emitters' points, mesh units; the diagonal is never 0.
+static void sss_dipole__bounds(const sss_dipole__emitters *e, double center[3], double *diagonal)
+{
+    const float *positions = e->mesh != NULL ? e->mesh->positions : e->points->positions;
+    const size_t count = e->mesh != NULL ? 3 * e->mesh->triangle_count : e->points->count;
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, d[3];
+    size_t k;
+    int i;
+    for (k = 0; k < count; k++)
+    {
+        const float *p = positions + 3 * (e->mesh != NULL ? (size_t)e->mesh->triangles[k] : k);
+        for (i = 0; i < 3; i++)
+        {
+            low[i] = sss_dipole__min(low[i], (double)p[i]);
+            high[i] = sss_dipole__max(high[i], (double)p[i]);
+        }
+    }
+    for (i = 0; i < 3; i++)
+    {
+        center[i] = 0.5 * (low[i] + high[i]);
+        d[i] = high[i] - low[i];
+    }
+    *diagonal = sqrt(sss_dipole__dot(d, d));
+    if (*diagonal == 0.0)
+    {
+        *diagonal = 1.0;
+    }
+}
+
+static uint32_t sss_dipole__spread_bits(uint32_t x) // 10 bits to every third
+{
+    x = (x | (x << 16)) & 0x030000ffu;
+    x = (x | (x << 8)) & 0x0300f00fu;
+    x = (x | (x << 4)) & 0x030c30c3u;
+    return (x | (x << 2)) & 0x09249249u;
+}
+
+typedef struct sss_dipole__key
+{
+    uint32_t code;    // Morton code
+    uint32_t element; // triangle or point
+} sss_dipole__key;
+
+// Keys of all emitters with an area, sorted by Morton code with a stable radix sort; both arrays [count].
+// Returns how many.
+static size_t sss_dipole__sort_emitters(const sss_dipole__emitters *e, const double center[3], double diagonal,
+                                        sss_dipole__key *keys, sss_dipole__key *scratch)
+{
+    size_t count = 0, k;
+    int pass, i;
+    for (k = 0; k < e->count; k++)
+    {
+        double c[3];
+        uint32_t code = 0;
+        if (!(sss_dipole__emitter_area(e, k) > 0.0))
+        {
+            continue;
+        }
+        sss_dipole__emitter_centroid(e, k, c);
+        for (i = 0; i < 3; i++)
+        {
+            const double cell = 1023.0 * sss_dipole__min(1.0, sss_dipole__max(0.0, (c[i] - center[i]) / diagonal + 0.5));
+            code |= sss_dipole__spread_bits((uint32_t)cell) << i;
+        }
+        keys[count].code = code;
+        keys[count].element = (uint32_t)k;
+        count++;
+    }
+    for (pass = 0; pass < 4; pass++)
+    {
+        const int shift = 8 * pass;
+        sss_dipole__key *swap = keys;
+        size_t first[257] = {0};
+        for (k = 0; k < count; k++)
+        {
+            first[((keys[k].code >> shift) & 255u) + 1]++;
+        }
+        for (i = 0; i < 256; i++)
+        {
+            first[i + 1] += first[i];
+        }
+        for (k = 0; k < count; k++)
+        {
+            scratch[first[(keys[k].code >> shift) & 255u]++] = keys[k];
+        }
+        keys = scratch;
+        scratch = swap;
+    }
+    return count; // after an even number of passes the keys are back in their own array
+}
+
+// Carves [count] elements of `size` bytes out of an arena; with base = NULL it only measures.
+static void *sss_dipole__carve(char *base, size_t *offset, size_t count, size_t size)
+{
+    const size_t at = (*offset + 63u) & ~(size_t)63u;
+    *offset = at + count * size;
+    return base != NULL ? base + at : NULL;
+}
+
+// Lays the object's arrays out; returns the bytes needed.
+static size_t sss_dipole__lay_out(sss_dipole_gather *g, char *base, size_t table_floats)
+{
+    const size_t n = SSS_DIPOLE__BLOCK * g->block_count;
+    const size_t near_n = g->triangle_count > 0 && !g->point_sampling ? n : 0;
+    size_t offset = 0;
+    int i;
+    g->blocks = (sss_dipole__block *)sss_dipole__carve(base, &offset, g->block_count, sizeof *g->blocks);
+    g->groups = (sss_dipole__block *)sss_dipole__carve(base, &offset, g->group_count, sizeof *g->groups);
+    for (i = 0; i < 6; i++)
+    {
+        g->one.p[i] = (float *)sss_dipole__carve(base, &offset, n, sizeof(float));
+        g->three.p[i] = (float *)sss_dipole__carve(base, &offset, 3 * near_n, sizeof(float));
+    }
+    g->corners = (float *)sss_dipole__carve(base, &offset, 9 * near_n, sizeof(float));
+    g->corner_E = (float *)sss_dipole__carve(base, &offset, 9 * near_n, sizeof(float));
+    g->area = (float *)sss_dipole__carve(base, &offset, n, sizeof(float));
+    g->vertex = (uint32_t *)sss_dipole__carve(base, &offset, g->triangle_count > 0 ? 3 * n : 0, sizeof(uint32_t));
+    g->element = (uint32_t *)sss_dipole__carve(base, &offset, n, sizeof(uint32_t));
+    g->tables = (float *)sss_dipole__carve(base, &offset, table_floats, sizeof(float));
+    return offset + 64;
+}
+
+// Positions of one emitter in slot `slot`; the padding after the last one repeats it with area 0.
+static void sss_dipole__place_emitter(sss_dipole_gather *g, const sss_dipole__emitters *e, size_t slot,
+                                      uint32_t element, int padding)
+{
+    const double scale = 1.0 / g->unit_per_diagonal;
+    double c[3], p[3][3];
+    int i, k;
+    sss_dipole__emitter_centroid(e, element, c);
+    g->element[slot] = element;
+    g->area[slot] = padding ? 0.0f : (float)(sss_dipole__emitter_area(e, element) * scale * scale);
+    for (i = 0; i < 3; i++)
+    {
+        g->one.p[i][slot] = (float)((c[i] - g->center[i]) * scale);
+    }
+    for (k = 0; e->mesh != NULL && k < 3; k++)
+    {
+        sss_dipole__corner(e->mesh, element, k, p[k]);
+        g->vertex[3 * slot + (size_t)k] = e->mesh->triangles[3 * (size_t)element + (size_t)k];
+    }
+    if (e->mesh == NULL || g->point_sampling)
+    {
+        return;
+    }
+    for (k = 0; k < 3; k++)
+    {
+        for (i = 0; i < 3; i++)
+        {
+            const double sample = (p[0][i] + p[1][i] + p[2][i] + 3.0 * p[k][i]) / 6.0; // (2/3, 1/6, 1/6)
+            g->three.p[i][3 * slot + (size_t)k] = (float)((sample - g->center[i]) * scale);
+            g->corners[9 * slot + 3 * (size_t)k + (size_t)i] = (float)((p[k][i] - g->center[i]) * scale);
+        }
+    }
+}
+
+static double sss_dipole__distance(const double a[3], const double b[3])
+{
+    const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+    return sqrt(sss_dipole__dot(d, d));
+}
+
+// Grows the bounding sphere and the distances of `block` to hold `part`.
+static void sss_dipole__include(sss_dipole__block *block, const double point[3], double radius, double far_distance,
+                                double middle_distance)
+{
+    const double center[3] = {(double)block->center[0], (double)block->center[1], (double)block->center[2]};
+    const double reach = (sss_dipole__distance(center, point) + radius) * (1.0 + 1e-6); // outward rounding
+    block->radius = (float)sss_dipole__max((double)block->radius, reach);
+    block->far_distance = (float)sss_dipole__max((double)block->far_distance, far_distance);
+    block->middle_distance = (float)sss_dipole__max((double)block->middle_distance, middle_distance);
+}
+
+// Centre of the bounding box of the samples `one` [begin, end).
+static void sss_dipole__center_block(const sss_dipole_gather *g, size_t begin, size_t end, sss_dipole__block *block)
+{
+    size_t k;
+    int i;
+    memset(block, 0, sizeof *block);
+    for (i = 0; i < 3; i++)
+    {
+        float low = g->one.p[i][begin], high = low;
+        for (k = begin; k < end; k++)
+        {
+            low = g->one.p[i][k] < low ? g->one.p[i][k] : low;
+            high = g->one.p[i][k] > high ? g->one.p[i][k] : high;
+        }
+        block->center[i] = 0.5f * (low + high);
+    }
+}
+
+static double sss_dipole__longest_edge(double p[3][3])
+{
+    return sss_dipole__max(sss_dipole__distance(p[0], p[1]),
+                           sss_dipole__max(sss_dipole__distance(p[1], p[2]), sss_dipole__distance(p[2], p[0])));
+}
+
+static void sss_dipole__bound_block(sss_dipole_gather *g, size_t b)
+{
+    sss_dipole__block *block = &g->blocks[b];
+    const size_t begin = SSS_DIPOLE__BLOCK * b, end = begin + SSS_DIPOLE__BLOCK;
+    size_t slot;
+    int i, k;
+    sss_dipole__center_block(g, begin, end, block);
+    for (slot = begin; slot < end; slot++)
+    {
+        double p[3][3];
+        int size_class;
+        if (g->triangle_count == 0 || g->point_sampling)
+        {
+            const double x[3] = {(double)g->one.p[0][slot], (double)g->one.p[1][slot], (double)g->one.p[2][slot]};
+            sss_dipole__include(block, x, 0.0, 0.0, 0.0);
+            continue;
+        }
+        for (k = 0; k < 3; k++)
+        {
+            for (i = 0; i < 3; i++)
+            {
+                p[k][i] = (double)g->corners[9 * slot + 3 * (size_t)k + (size_t)i];
+            }
+        }
+        size_class = sss_dipole__size_class(sss_dipole__longest_edge(p));
+        for (k = 0; k < 3; k++)
+        {
+            sss_dipole__include(block, p[k], 0.0, g->near_table.far_distance[size_class],
+                                g->near_table.middle_distance[size_class]);
+        }
+    }
+}
+
+static void sss_dipole__bound_group(sss_dipole_gather *g, size_t group)
+{
+    const size_t begin = SSS_DIPOLE__GROUP * group;
+    const size_t end = begin + SSS_DIPOLE__GROUP < g->block_count ? begin + SSS_DIPOLE__GROUP : g->block_count;
+    size_t b;
+    sss_dipole__center_block(g, SSS_DIPOLE__BLOCK * begin, SSS_DIPOLE__BLOCK * end, &g->groups[group]);
+    for (b = begin; b < end; b++)
+    {
+        const sss_dipole__block *block = &g->blocks[b];
+        const double c[3] = {(double)block->center[0], (double)block->center[1], (double)block->center[2]};
+        sss_dipole__include(&g->groups[group], c, (double)block->radius, (double)block->far_distance,
+                            (double)block->middle_distance);
+    }
+}
+
+// Error predicted for B: what one-point and three-point triangles were allowed, and the tables. Where every
+// triangle is one sample, see sss_dipole__sampling_error.
+static void sss_dipole__predict(sss_dipole_gather *g, const sss_dipole__emitters *e)
+{
+    double area = 0.0, edge = 0.0, far_distance = 0.0, far_error = 0.0;
+    size_t slot;
+    for (slot = 0; slot < SSS_DIPOLE__BLOCK * g->block_count; slot++)
+    {
+        const double a = (double)g->area[slot], h = sqrt(a * 4.0 / SSS_DIPOLE__SQRT3); // as if equilateral
+        const double r = (double)g->blocks[slot / SSS_DIPOLE__BLOCK].far_distance;
+        area += a;
+        edge += a * h;
+        far_distance += a * r;
+        far_error += a * sss_dipole__one_point_error(&g->model, h, r);
+    }
+    area = area > 0.0 ? area : 1.0;
+    g->stats.mean_edge_mm = edge / area * g->unit_per_diagonal * e->mm_per_unit;
+    g->stats.one_point_mm = far_distance / area * g->unit_per_diagonal * e->mm_per_unit;
+    g->stats.predicted_error = g->stats.path_tolerance;
+    if (e->mesh == NULL || g->point_sampling)
+    {
+        g->stats.predicted_error += sss_dipole__sampling_error(&g->model, edge / area);
+    }
+    else
+    {
+        g->stats.predicted_error += far_error / area + 0.25 * g->stats.tolerance;
+    }
+}
+
+static void sss_dipole__fill_gather(sss_dipole_gather *g, const sss_dipole__emitters *e, const sss_dipole__key *keys,
+                                    int table_count)
+{
+    const size_t slots = SSS_DIPOLE__BLOCK * g->block_count;
+    size_t k;
+    for (k = 0; k < slots; k++)
+    {
+        const int padding = k >= g->stats.emitter_count;
+        sss_dipole__place_emitter(g, e, k, keys[padding ? g->stats.emitter_count - 1 : k].element, padding);
+    }
+    for (k = 0; k < g->block_count; k++)
+    {
+        sss_dipole__bound_block(g, k);
+    }
+    for (k = 0; k < g->group_count; k++)
+    {
+        sss_dipole__bound_group(g, k);
+    }
+    for (k = 0; k < 3; k++)
+    {
+        memset(g->one.p[3 + k], 0, slots * sizeof(float));
+        if (g->triangle_count > 0 && !g->point_sampling)
+        {
+            memset(g->three.p[3 + k], 0, 3 * slots * sizeof(float));
+        }
+    }
+    if (g->triangle_count > 0 && !g->point_sampling)
+    {
+        memset(g->corner_E, 0, 9 * slots * sizeof(float));
+    }
+    if (table_count > 0)
+    {
+        g->stats.path_tolerance = sss_dipole__fill_tables(&g->model, table_count, g->tables);
+    }
+    sss_dipole__predict(g, e);
+}
+
+static sss_result sss_dipole__resolve_options(const sss_profile *profile, const sss_dipole_gather_options *options,
+                                              const sss_hooks *hooks, sss_dipole_gather *g)
+{
+    memset(g, 0, sizeof *g);
+    if (profile == NULL || !sss_dipole__valid_profile(profile))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (hooks != NULL)
+    {
+        if ((hooks->allocate == NULL) != (hooks->release == NULL))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+        g->hooks = *hooks;
+    }
+    g->stats.tolerance = 1e-3;
+    g->stats.path = sss_dipole__fastest_path();
+    if (options != NULL)
+    {
+        if ((options->geometry != SSS_DIPOLE_DISTANCE && options->geometry != SSS_DIPOLE_PLACED)
+            || (options->tolerance != 0.0 && !sss_dipole__in_range(options->tolerance, 1e-5, 0.5))
+            || (int)options->path < SSS_DIPOLE_PATH_AUTO || options->path > SSS_DIPOLE_PATH_AVX512)
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+        g->stats.geometry = options->geometry;
+        g->stats.tolerance = options->tolerance > 0.0 ? options->tolerance : g->stats.tolerance;
+        g->stats.path = options->path != SSS_DIPOLE_PATH_AUTO ? options->path : g->stats.path;
+        g->point_sampling = options->point_sampling != 0;
+    }
+    g->kernel = sss_dipole__find_kernel(g->stats.path);
+    return g->kernel != NULL ? SSS_OK : SSS_ERROR_INVALID_ARGUMENT;
+}
+
+// Builds the object; `draft` holds the resolved options.
+static sss_result sss_dipole__build(const sss_dipole__emitters *e, const sss_profile *profile,
+                                    sss_dipole_gather *draft, sss_dipole_gather **out)
+{
+    const size_t table_stride = 1;
+    sss_dipole__key *keys = NULL;
+    sss_dipole_gather *g;
+    size_t header, bytes, table_floats = 0;
+    int table_count = 0;
+    if (e->count > 0xffffffffu || e->count > SIZE_MAX / 512)
+    {
+        return SSS_ERROR_OVERFLOW;
+    }
+    sss_dipole__bounds(e, draft->center, &draft->unit_per_diagonal);
+    sss_dipole__make_model(profile, draft->stats.geometry, draft->unit_per_diagonal * e->mm_per_unit, &draft->model);
+    sss_dipole__plan_distances(&draft->model, draft->stats.tolerance, &draft->near_table);
+    if (draft->stats.path != SSS_DIPOLE_PATH_SCALAR)
+    {
+        table_count = sss_dipole__plan_tables(&draft->model);
+        table_floats = (size_t)table_count * (draft->model.size + table_stride);
+        draft->stats.table_entries = draft->model.size + table_stride;
+    }
+    keys = (sss_dipole__key *)sss_dipole__allocate(&draft->hooks, 2 * e->count * sizeof *keys);
+    if (keys == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    draft->stats.emitter_count = sss_dipole__sort_emitters(e, draft->center, draft->unit_per_diagonal, keys,
+                                                           keys + e->count);
+    draft->block_count = (draft->stats.emitter_count + SSS_DIPOLE__BLOCK - 1) / SSS_DIPOLE__BLOCK;
+    draft->group_count = (draft->block_count + SSS_DIPOLE__GROUP - 1) / SSS_DIPOLE__GROUP;
+    draft->vertex_count = e->mesh != NULL ? e->mesh->vertex_count : e->points->count;
+    draft->triangle_count = e->mesh != NULL ? e->mesh->triangle_count : 0;
+    header = (sizeof *draft + 63u) & ~(size_t)63u;
+    bytes = header + sss_dipole__lay_out(draft, NULL, table_floats);
+    g = (sss_dipole_gather *)sss_dipole__allocate(&draft->hooks, bytes);
+    if (g == NULL)
+    {
+        sss_dipole__release(&draft->hooks, keys);
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    *g = *draft;
+    g->stats.bytes = bytes;
+    sss_dipole__lay_out(g, (char *)g + header, table_floats);
+    sss_dipole__fill_gather(g, e, keys, table_count);
+    sss_dipole__release(&g->hooks, keys);
+    *out = g;
+    return SSS_OK;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_gather_create(const sss_mesh *mesh, const sss_profile *profile,
+                                                   const sss_dipole_gather_options *options, const sss_hooks *hooks,
+                                                   sss_dipole_gather **out)
+{
+    sss_dipole_gather draft;
+    sss_dipole__emitters e = {NULL, NULL, 0, 0.0};
+    sss_result result = sss_dipole__check_mesh(mesh);
+    if (result == SSS_OK)
+    {
+        result = out == NULL ? SSS_ERROR_INVALID_ARGUMENT : sss_dipole__resolve_options(profile, options, hooks, &draft);
+    }
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    e.mesh = mesh;
+    e.count = mesh->triangle_count;
+    e.mm_per_unit = mesh->mm_per_unit;
+    return sss_dipole__build(&e, profile, &draft, out);
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_gather_create_points(const sss_dipole_points *points, const sss_profile *profile,
+                                                          const sss_dipole_gather_options *options,
+                                                          const sss_hooks *hooks, sss_dipole_gather **out)
+{
+    sss_dipole_gather draft;
+    sss_dipole__emitters e = {NULL, NULL, 0, 0.0};
+    sss_result result;
+    size_t k;
+    if (points == NULL || out == NULL || points->positions == NULL || points->areas == NULL
+        || !(points->mm_per_unit > 0.0) || !sss_dipole__finite(points->mm_per_unit))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (points->count == 0)
+    {
+        return SSS_ERROR_EMPTY;
+    }
+    if (points->count > SIZE_MAX / 512)
+    {
+        return SSS_ERROR_OVERFLOW;
+    }
+    if (!sss_dipole__all_finite(points->positions, 3 * points->count))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (k = 0; k < points->count; k++)
+    {
+        if (!(points->areas[k] >= 0.0f) || !sss_dipole__finite((double)points->areas[k]))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+    }
+    result = sss_dipole__resolve_options(profile, options, hooks, &draft);
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    e.points = points;
+    e.count = points->count;
+    e.mm_per_unit = points->mm_per_unit;
+    return sss_dipole__build(&e, profile, &draft, out);
+}
+
+SSS_DIPOLE_API void sss_dipole_gather_free(sss_dipole_gather *gather)
+{
+    if (gather != NULL)
+    {
+        const sss_hooks hooks = gather->hooks;
+        sss_dipole__release(&hooks, gather);
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_gather_get_stats(const sss_dipole_gather *gather, sss_dipole_gather_stats *out)
+{
+    if (gather == NULL || out == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    *out = gather->stats;
+    return SSS_OK;
+}
+
+// The weights of one emitter's samples: E A, E taken where the sample lies.
+static void sss_dipole__weigh_emitter(sss_dipole_gather *g, sss_dipole_elements elements, const float *irradiance,
+                                      size_t slot)
+{
+    const double A = (double)g->area[slot];
+    const int near_samples = g->triangle_count > 0 && !g->point_sampling;
+    size_t k;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        double E[3], mean;
+        for (k = 0; k < 3; k++)
+        {
+            const size_t at = elements == SSS_DIPOLE_VERTICES && g->triangle_count > 0
+                                  ? (size_t)g->vertex[3 * slot + k] : (size_t)g->element[slot];
+            E[k] = (double)irradiance[3 * at + (size_t)i] / g->irradiance_scale;
+        }
+        mean = (E[0] + E[1] + E[2]) / 3.0;
+        g->one.p[3 + i][slot] = (float)(mean * A);
+        for (k = 0; near_samples && k < 3; k++)
+        {
+            g->three.p[3 + i][3 * slot + k] = (float)((mean + E[k]) / 6.0 * A); // (3 mean + 3 E_k)/6 of A/3
+            g->corner_E[9 * slot + 3 * k + (size_t)i] = (float)E[k];
+        }
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_gather_set_irradiance(sss_dipole_gather *gather, sss_dipole_elements elements,
+                                                           const float *irradiance)
+{
+    size_t count, k;
+    float largest = 0.0f;
+    if (gather == NULL || irradiance == NULL
+        || (elements != SSS_DIPOLE_VERTICES && elements != SSS_DIPOLE_TRIANGLES))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    count = elements == SSS_DIPOLE_TRIANGLES && gather->triangle_count > 0 ? gather->triangle_count
+                                                                          : gather->vertex_count;
+    for (k = 0; k < 3 * count; k++)
+    {
+        const float size = irradiance[k] < 0.0f ? -irradiance[k] : irradiance[k];
+        if (!sss_dipole__finite((double)irradiance[k]))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+        largest = size > largest ? size : largest;
+    }
+    gather->irradiance_scale = largest > 0.0f ? (double)largest : 1.0;
+    for (k = 0; k < SSS_DIPOLE__BLOCK * gather->block_count; k++)
+    {
+        sss_dipole__weigh_emitter(gather, elements, irradiance, k);
+    }
+    return SSS_OK;
+}
+
+// ---- 5.4 Gathering ----
+
+// One receiver at work: where it is, its sources, and near samples waiting to be evaluated. Near samples are
+// relative to the receiver, so that they keep their digits however close they are.
+typedef struct sss_dipole__worker
+{
+    const sss_dipole_gather *g;
+    sss_dipole__kernel kernel;
+    double receiver[6];       // position and normal, in diagonals
+    double origin[6];         // the receiver seen from itself: 0, and its normal
+    double source[6][3];      // placed: the real sources of the three channels, then the virtual ones
+    size_t waiting;
+    float buffer[6][SSS_DIPOLE__BUFFER];
+    sss_dipole__samples samples;
+    double sum[3];
+} sss_dipole__worker;
+
+static void sss_dipole__flush(sss_dipole__worker *w)
+{
+    size_t end = w->waiting;
+    int i;
+    if (end == 0)
+    {
+        return;
+    }
+    for (; end % SSS_DIPOLE__BLOCK != 0; end++) // fill the last register with samples of weight 0
+    {
+        for (i = 0; i < 6; i++)
+        {
+            w->buffer[i][end] = i < 3 ? w->buffer[i][end - 1] : 0.0f;
+        }
+    }
+    w->kernel(&w->g->model, &w->samples, 0, end, w->origin, w->sum);
+    w->waiting = 0;
+}
+
+// Smallest distance from point to any source, each less the part that its sphere of closeness takes; and
+// whether the point is so close to a source that only the scalar path holds.
+static double sss_dipole__source_distance(const sss_dipole__worker *w, const double point[3], double radius,
+                                          int *close)
+{
+    const sss_dipole__model *m = &w->g->model;
+    double nearest = HUGE_VAL;
+    int k;
+    *close = 0;
+    for (k = 0; k < 6; k++)
+    {
+        if (m->a[k % 3] > 0.0)
+        {
+            const double s = sss_dipole__max(0.0, sss_dipole__distance(point, w->source[k]) - radius);
+            nearest = sss_dipole__min(nearest, s);
+            *close |= s < SSS_DIPOLE__CLOSE * m->z[k / 3][k % 3];
+        }
+    }
+    return nearest;
+}
+
+static void sss_dipole__push(sss_dipole__worker *w, const double x[3], const double E_A[3], int close)
+{
+    int i;
+    if (w->waiting == SSS_DIPOLE__BUFFER)
+    {
+        sss_dipole__flush(w);
+    }
+    for (i = 0; i < 3; i++)
+    {
+        w->buffer[i][w->waiting] = (float)x[i];
+        w->buffer[3 + i][w->waiting] = (float)E_A[i];
+    }
+    w->waiting++;
+    if (close) // evaluate this one by the scalar kernel: move it out of the buffer
+    {
+        sss_dipole__samples one;
+        for (i = 0; i < 6; i++)
+        {
+            one.p[i] = &w->buffer[i][w->waiting - 1];
+        }
+        sss_dipole__kernel_scalar(&w->g->model, &one, 0, 1, w->origin, w->sum);
+        w->waiting--;
+    }
+}
+
+// Integrates a near triangle with linear irradiance: corners relative to the receiver, E at them, area A.
+// Pieces are split 4-to-1 until three points are enough for their distance from the sources.
+static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double E[3][3], double A, double h)
+{
+    const sss_dipole__model *m = &w->g->model;
+    const double c[3] = {(p[0][0] + p[1][0] + p[2][0]) / 3.0, (p[0][1] + p[1][1] + p[2][1]) / 3.0,
+                         (p[0][2] + p[1][2] + p[2][2]) / 3.0};
+    const double radius = sss_dipole__max(sss_dipole__distance(c, p[0]),
+                                          sss_dipole__max(sss_dipole__distance(c, p[1]), sss_dipole__distance(c, p[2])));
+    double s, half[6][3], half_E[6][3];
+    int close = 0, i, k;
+    if (m->geometry == SSS_DIPOLE_DISTANCE)
+    {
+        const double r = sss_dipole__max(0.0, sqrt(sss_dipole__dot(c, c)) - radius);
+        s = sqrt(r * r + m->z_min * m->z_min);
+    }
+    else
+    {
+        s = sss_dipole__source_distance(w, c, radius, &close);
+    }
+    // A source on the surface itself (height 0) has an infinite integral: 1e-6 of z is where pieces end.
+    if (s > w->g->near_table.middle_distance[sss_dipole__size_class(h)] || h < 1e-6 * m->z_min)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            double x[3], E_A[3];
+            for (i = 0; i < 3; i++)
+            {
+                x[i] = 0.5 * (c[i] + p[k][i]); // (2/3, 1/6, 1/6)
+                E_A[i] = (E[0][i] + E[1][i] + E[2][i] + 3.0 * E[k][i]) / 6.0 * (A / 3.0);
+            }
+            sss_dipole__push(w, x, E_A, close);
+        }
+        return;
+    }
+    for (k = 0; k < 3; k++) // 0..2: corners; 3..5: midpoints of the opposite edges
+    {
+        for (i = 0; i < 3; i++)
+        {
+            half[k][i] = p[k][i];
+            half_E[k][i] = E[k][i];
+            half[3 + k][i] = 0.5 * (p[(k + 1) % 3][i] + p[(k + 2) % 3][i]);
+            half_E[3 + k][i] = 0.5 * (E[(k + 1) % 3][i] + E[(k + 2) % 3][i]);
+        }
+    }
+    for (k = 0; k < 4; k++)
+    {
+        static const int child[4][3] = {{0, 5, 4}, {5, 1, 3}, {4, 3, 2}, {3, 4, 5}};
+        double q[3][3], q_E[3][3];
+        int j;
+        for (j = 0; j < 3; j++)
+        {
+            for (i = 0; i < 3; i++)
+            {
+                q[j][i] = half[child[k][j]][i];
+                q_E[j][i] = half_E[child[k][j]][i];
+            }
+        }
+        sss_dipole__integrate(w, q, q_E, 0.25 * A, 0.5 * h);
+    }
+}
+
+static void sss_dipole__near_block(sss_dipole__worker *w, size_t block)
+{
+    const sss_dipole_gather *g = w->g;
+    size_t slot;
+    int i, k;
+    for (slot = SSS_DIPOLE__BLOCK * block; slot < SSS_DIPOLE__BLOCK * (block + 1); slot++)
+    {
+        double p[3][3], E[3][3];
+        if (g->area[slot] == 0.0f)
+        {
+            continue;
+        }
+        for (k = 0; k < 3; k++)
+        {
+            for (i = 0; i < 3; i++)
+            {
+                p[k][i] = (double)g->corners[9 * slot + 3 * (size_t)k + (size_t)i] - w->receiver[i];
+                E[k][i] = (double)g->corner_E[9 * slot + 3 * (size_t)k + (size_t)i];
+            }
+        }
+        sss_dipole__integrate(w, p, E, (double)g->area[slot], sss_dipole__longest_edge(p));
+    }
+    sss_dipole__flush(w);
+}
+
+typedef enum sss_dipole__rule
+{
+    SSS_DIPOLE__ONE_POINT,
+    SSS_DIPOLE__THREE_POINTS,
+    SSS_DIPOLE__SUBDIVIDE
+} sss_dipole__rule;
+
+// Which rule integrates all triangles of a block (or of a group) well enough for this receiver.
+static sss_dipole__rule sss_dipole__choose_rule(const sss_dipole__worker *w, const sss_dipole__block *block)
+{
+    const sss_dipole__model *m = &w->g->model;
+    const double center[3] = {(double)block->center[0], (double)block->center[1], (double)block->center[2]};
+    const double far_distance = (double)block->far_distance, middle_distance = (double)block->middle_distance;
+    const double r = sss_dipole__distance(center, w->receiver) - (double)block->radius;
+    double relative[3], s;
+    int close, k;
+    if (m->geometry == SSS_DIPOLE_DISTANCE)
+    {
+        if (r >= far_distance)
+        {
+            return SSS_DIPOLE__ONE_POINT;
+        }
+        s = sss_dipole__max(0.0, r);
+        return sqrt(s * s + m->z_min * m->z_min) > middle_distance ? SSS_DIPOLE__THREE_POINTS : SSS_DIPOLE__SUBDIVIDE;
+    }
+    if (r >= far_distance + 2.0 * m->z_max)
+    {
+        return SSS_DIPOLE__ONE_POINT; // every source is farther than far_distance and its own z
+    }
+    for (k = 0; k < 3; k++)
+    {
+        relative[k] = center[k] - w->receiver[k];
+    }
+    s = sss_dipole__source_distance(w, relative, (double)block->radius, &close);
+    if (close || s <= middle_distance)
+    {
+        return SSS_DIPOLE__SUBDIVIDE;
+    }
+    // Over its own tangent plane a source is sqrt(r^2 + z^2) away; curvature may halve that.
+    return s >= 0.5 * sqrt(far_distance * far_distance + m->z_min * m->z_min) && r >= far_distance
+               ? SSS_DIPOLE__ONE_POINT : SSS_DIPOLE__THREE_POINTS;
+}
+
+// One group of blocks for one receiver. Runs of far blocks go to the kernel whole.
+static void sss_dipole__gather_group(sss_dipole__worker *w, size_t group)
+{
+    const sss_dipole_gather *g = w->g;
+    const size_t end = SSS_DIPOLE__GROUP * (group + 1) < g->block_count ? SSS_DIPOLE__GROUP * (group + 1)
+                                                                       : g->block_count;
+    size_t b = SSS_DIPOLE__GROUP * group, first = b;
+    if (g->triangle_count == 0 || g->point_sampling
+        || sss_dipole__choose_rule(w, &g->groups[group]) == SSS_DIPOLE__ONE_POINT)
+    {
+        w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * b, SSS_DIPOLE__BLOCK * end, w->receiver, w->sum);
+        return;
+    }
+    for (; b < end; b++)
+    {
+        const sss_dipole__rule rule = sss_dipole__choose_rule(w, &g->blocks[b]);
+        if (rule == SSS_DIPOLE__ONE_POINT)
+        {
+            continue;
+        }
+        w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * first, SSS_DIPOLE__BLOCK * b, w->receiver, w->sum);
+        first = b + 1;
+        if (rule == SSS_DIPOLE__THREE_POINTS)
+        {
+            w->kernel(&g->model, &g->three, 3 * SSS_DIPOLE__BLOCK * b, 3 * SSS_DIPOLE__BLOCK * (b + 1), w->receiver,
+                      w->sum);
+        }
+        else
+        {
+            sss_dipole__near_block(w, b);
+        }
+    }
+    w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * first, SSS_DIPOLE__BLOCK * end, w->receiver, w->sum);
+}
+
+static void sss_dipole__start_worker(const sss_dipole_gather *g, const sss_dipole_receivers *receivers, size_t row,
+                                     sss_dipole__worker *w)
+{
+    double n[3] = {0.0, 0.0, 0.0}, from_center = 0.0;
+    int i, k;
+    w->g = g;
+    w->waiting = 0;
+    w->sum[0] = w->sum[1] = w->sum[2] = 0.0;
+    if (g->model.geometry == SSS_DIPOLE_PLACED)
+    {
+        for (i = 0; i < 3; i++)
+        {
+            n[i] = (double)receivers->normals[3 * row + (size_t)i];
+        }
+        sss_dipole__normalize(n);
+    }
+    for (i = 0; i < 3; i++)
+    {
+        w->receiver[i] = ((double)receivers->positions[3 * row + (size_t)i] - g->center[i]) / g->unit_per_diagonal;
+        w->receiver[3 + i] = w->origin[3 + i] = n[i];
+        w->origin[i] = 0.0;
+        from_center += w->receiver[i] * w->receiver[i];
+        for (k = 0; k < 3; k++)
+        {
+            w->source[k][i] = -g->model.z[0][k] * n[i];
+            w->source[3 + k][i] = g->model.z[1][k] * n[i];
+        }
+    }
+    for (i = 0; i < 6; i++)
+    {
+        w->samples.p[i] = w->buffer[i];
+    }
+    w->kernel = from_center <= SSS_DIPOLE__REACH * SSS_DIPOLE__REACH ? g->kernel : sss_dipole__kernel_scalar;
+}
+
+static void sss_dipole__gather_tile(const sss_dipole_gather *g, const sss_dipole_receivers *receivers, size_t begin,
+                                    size_t end, float *radiosity)
+{
+    sss_dipole__worker worker[SSS_DIPOLE__TILE];
+    const size_t count = end - begin;
+    size_t group, k;
+    int i;
+    for (k = 0; k < count; k++)
+    {
+        sss_dipole__start_worker(g, receivers, begin + k, &worker[k]);
+    }
+    for (group = 0; group < g->group_count; group++)
+    {
+        for (k = 0; k < count; k++)
+        {
+            sss_dipole__gather_group(&worker[k], group);
+        }
+    }
+    for (k = 0; k < count; k++)
+    {
+        for (i = 0; i < 3; i++)
+        {
+            radiosity[3 * (begin + k) + (size_t)i] = (float)(worker[k].sum[i] * g->irradiance_scale);
+        }
+    }
+}
+
+static sss_result sss_dipole__check_receivers(const sss_dipole_gather *g, const sss_dipole_receivers *receivers,
+                                              size_t begin, size_t end, const float *radiosity)
+{
+    size_t k;
+    if (g == NULL || receivers == NULL || receivers->positions == NULL || radiosity == NULL || begin > end
+        || end > receivers->count || (g->model.geometry == SSS_DIPOLE_PLACED && receivers->normals == NULL))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (receivers->count == 0)
+    {
+        return SSS_ERROR_EMPTY;
+    }
+    if (receivers->count > SIZE_MAX / (3 * sizeof(float)))
+    {
+        return SSS_ERROR_OVERFLOW;
+    }
+    if (!sss_dipole__all_finite(receivers->positions + 3 * begin, 3 * (end - begin)))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (k = begin; g->model.geometry == SSS_DIPOLE_PLACED && k < end; k++)
+    {
+        const float *n = receivers->normals + 3 * k;
+        if (!sss_dipole__all_finite(n, 3) || (n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f))
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+    }
+    return SSS_OK;
+}
+
+static void sss_dipole__gather_rows(const sss_dipole_gather *g, const sss_dipole_receivers *receivers, size_t begin,
+                                    size_t end, float *radiosity)
+{
+    while (begin < end)
+    {
+        const size_t next = end - begin > SSS_DIPOLE__TILE ? begin + SSS_DIPOLE__TILE : end;
+        sss_dipole__gather_tile(g, receivers, begin, next, radiosity);
+        begin = next;
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_gather_rows(const sss_dipole_gather *gather,
+                                                 const sss_dipole_receivers *receivers, size_t begin, size_t end,
+                                                 float *radiosity)
+{
+    const sss_result result = sss_dipole__check_receivers(gather, receivers, begin, end, radiosity);
+    if (result == SSS_OK)
+    {
+        sss_dipole__gather_rows(gather, receivers, begin, end, radiosity);
+    }
+    return result;
+}
+
+typedef struct sss_dipole__job
+{
+    const sss_dipole_gather *gather;
+    const sss_dipole_receivers *receivers;
+    size_t first;
+    float *radiosity;
+} sss_dipole__job;
+
+static void sss_dipole__task(void *context, size_t begin, size_t end)
+{
+    const sss_dipole__job *job = (const sss_dipole__job *)context;
+    sss_dipole__gather_rows(job->gather, job->receivers, job->first + begin, job->first + end, job->radiosity);
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_gather_run(const sss_dipole_gather *gather,
+                                                const sss_dipole_receivers *receivers, float *radiosity)
+{
+    const size_t count = receivers != NULL ? receivers->count : 0;
+    const sss_result result = sss_dipole__check_receivers(gather, receivers, 0, count, radiosity);
+    const size_t step = count / 100 > 256 ? count / 100 : 256; // rows between two reports of progress
+    sss_dipole__job job;
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    job.gather = gather;
+    job.receivers = receivers;
+    job.radiosity = radiosity;
+    for (job.first = 0; job.first < count; job.first += step)
+    {
+        const size_t rows = count - job.first < step ? count - job.first : step;
+        const sss_hooks *hooks = &gather->hooks;
+        if (hooks->progress != NULL && hooks->progress(hooks->user, (double)job.first / (double)count) != 0)
+        {
+            return SSS_ERROR_CANCELLED;
+        }
+        if (hooks->parallel_for != NULL)
+        {
+            hooks->parallel_for(hooks->user, rows, sss_dipole__task, &job);
+        }
+        else
+        {
+            sss_dipole__task(&job, 0, rows);
+        }
+    }
+    if (gather->hooks.progress != NULL)
+    {
+        (void)gather->hooks.progress(gather->hooks.user, 1.0);
+    }
+    return SSS_OK;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_shade(const sss_mesh *mesh, const sss_profile *profile, const float *irradiance,
+                                           const sss_dipole_gather_options *options, const sss_hooks *hooks,
+                                           float *radiosity)
+{
+    const sss_hooks none = {NULL, NULL, NULL, NULL, NULL};
+    sss_dipole_receivers receivers;
+    sss_dipole_gather *gather = NULL;
+    float *normals = NULL;
+    sss_result result;
+    if (irradiance == NULL || radiosity == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    result = sss_dipole_gather_create(mesh, profile, options, hooks, &gather);
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    hooks = hooks != NULL ? hooks : &none;
+    receivers.positions = mesh->positions;
+    receivers.normals = mesh->normals;
+    receivers.count = mesh->vertex_count;
+    if (mesh->normals == NULL && gather->model.geometry == SSS_DIPOLE_PLACED)
+    {
+        normals = (float *)sss_dipole__allocate(hooks, 3 * mesh->vertex_count * sizeof *normals);
+        result = normals != NULL ? sss_dipole_vertex_normals(mesh, normals) : SSS_ERROR_OUT_OF_MEMORY;
+        receivers.normals = normals;
+    }
+    if (result == SSS_OK)
+    {
+        result = sss_dipole_gather_set_irradiance(gather, SSS_DIPOLE_VERTICES, irradiance);
+    }
+    if (result == SSS_OK)
+    {
+        result = sss_dipole_gather_run(gather, &receivers, radiosity);
+    }
+    sss_dipole__release(hooks, normals);
+    sss_dipole_gather_free(gather);
+    return result;
+}
+
+// ---- 6. What a scene needs ----
+
+// One channel of a scene: the errors of the candidates.
+typedef struct sss_dipole__candidate
+{
+    sss_dipole__edge edge;
+    double size;
+} sss_dipole__candidate;
+
+static double sss_dipole__edge_error(double integral, double size)
+{
+    return sss_dipole__min(1.0, sqrt(2.0 * integral / size));
+}
+
+static double sss_dipole__interpolation_error(const sss_dipole__candidate *c, double spacing)
+{
+    sss_dipole__edge edge = c->edge;
+    edge.spacing = spacing;
+    return sss_dipole__edge_error(sss_dipole__integrate_edge(&edge, sss_dipole__interpolation_integrand), c->size);
+}
+
+// The larger of the two errors that a sample spacing causes; rises with the spacing.
+static double sss_dipole__spacing_error(const void *context, double spacing)
+{
+    const sss_dipole__candidate *c = (const sss_dipole__candidate *)context;
+    return sss_dipole__max(sss_dipole__interpolation_error(c, spacing),
+                           sss_dipole__sampling_error_of(c->edge.sigma, c->edge.z_r, c->edge.z_v, spacing));
+}
+
+static int sss_dipole__valid_scene(const sss_dipole_scene *s)
+{
+    const double lengths[5] = {s->size_mm, s->thickness_mm, s->area_mm2, s->spacing_mm, s->pixel_mm};
+    int i;
+    for (i = 0; i < 5; i++)
+    {
+        if (!sss_dipole__in_range(lengths[i], 0.0, 1e100))
+        {
+            return 0;
+        }
+    }
+    return s->size_mm > 0.0 && s->tolerance >= 0.0 && s->tolerance < 1.0;
+}
+
+static void sss_dipole__advise_channel(const sss_profile *p, int i, const sss_dipole_scene *s, double tolerance,
+                                       sss_dipole_advice *a)
+{
+    const double total = sss_dipole_total(p, i);
+    sss_dipole__candidate c;
+    double spacing;
+    if (!(total > 0.0))
+    {
+        return;
+    }
+    c.size = s->size_mm;
+    c.edge.sigma = p->sigma_tr[i];
+    c.edge.z_r = p->z_r[i];
+    c.edge.z_v = p->z_v[i];
+    c.edge.smooth = s->spacing_mm;
+    c.edge.pixel = s->pixel_mm;
+    c.edge.spacing = s->spacing_mm;
+    spacing = sss_dipole__bisect(sss_dipole__spacing_error, &c, tolerance, 1e-12 * p->z_r[i], 1e12 * p->z_r[i]);
+    a->lambert_error = sss_dipole__max(
+        a->lambert_error,
+        sss_dipole__edge_error(sss_dipole__integrate_edge(&c.edge, sss_dipole__lambert_integrand), c.size));
+    a->crossing = sss_dipole__max(a->crossing, sss_dipole_flux_beyond(p, i, s->thickness_mm) / total);
+    a->radius_mm = sss_dipole__max(a->radius_mm, sss_dipole_radius(p, i, 1.0 - tolerance));
+    a->spacing_mm = sss_dipole__min(a->spacing_mm, spacing);
+}
+
+// What part of the flux a radius leaves out, in the worst channel.
+static double sss_dipole__left_out(const sss_profile *p, double radius)
+{
+    double worst = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const double total = sss_dipole_total(p, i);
+        if (total > 0.0)
+        {
+            worst = sss_dipole__max(worst, sss_dipole_flux_beyond(p, i, radius) / total);
+        }
+    }
+    return worst;
+}
+
+static void sss_dipole__decide(const sss_profile *p, const sss_dipole_scene *s, double tolerance, sss_dipole_advice *a)
+{
+    if (a->lambert_error <= tolerance)
+    {
+        a->need = SSS_DIPOLE_NEED_LAMBERT;
+        a->predicted_error = a->lambert_error;
+        snprintf(a->reason, sizeof a->reason,
+                 "scattering is invisible: a shadow edge blurs by less than %.3g of the picture's light, so Lambert "
+                 "with the total reflectance is enough", a->lambert_error);
+    }
+    else if (a->crossing <= tolerance)
+    {
+        a->need = SSS_DIPOLE_NEED_LOCAL;
+        a->predicted_error = sss_dipole__left_out(p, a->radius_mm);
+        snprintf(a->reason, sizeof a->reason,
+                 "scattering is local: %.3g of the light crosses %.3g mm, and a radius of %.3g mm holds the rest",
+                 a->crossing, s->thickness_mm, a->radius_mm);
+    }
+    else
+    {
+        a->need = SSS_DIPOLE_NEED_GLOBAL;
+        a->predicted_error = 0.0; // nothing is left out
+        snprintf(a->reason, sizeof a->reason, "light crosses the object: %.3g of it reaches farther than %.3g mm",
+                 a->crossing, s->thickness_mm);
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_needs(const sss_profile *profile, const sss_dipole_scene *scene,
+                                           sss_dipole_advice *out)
+{
+    sss_dipole_scene s;
+    sss_dipole_advice a;
+    double tolerance;
+    int i;
+    if (profile == NULL || scene == NULL || out == NULL || !sss_dipole__valid_profile(profile)
+        || !sss_dipole__valid_scene(scene))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    s = *scene;
+    tolerance = s.tolerance > 0.0 ? s.tolerance : 1e-2;
+    s.thickness_mm = s.thickness_mm > 0.0 ? s.thickness_mm : s.size_mm;
+    s.area_mm2 = s.area_mm2 > 0.0 ? s.area_mm2 : SSS_DIPOLE__PI * s.size_mm * s.size_mm;
+    memset(&a, 0, sizeof a);
+    a.spacing_mm = HUGE_VAL;
+    for (i = 0; i < 3; i++)
+    {
+        sss_dipole__advise_channel(profile, i, &s, tolerance, &a);
+    }
+    a.sample_count = s.area_mm2 / (0.25 * SSS_DIPOLE__SQRT3 * a.spacing_mm * a.spacing_mm);
+    sss_dipole__decide(profile, &s, tolerance, &a);
+    *out = a;
+    return SSS_OK;
+}
+
+// ---- 7. GLSL ----
+
+SSS_DIPOLE_API const char *sss_dipole_glsl(sss_dipole_glsl_piece piece)
+{
+    switch (piece)
+    {
+    case SSS_DIPOLE_GLSL_FRESNEL:      return SSS_DIPOLE__GLSL_FRESNEL;
+    case SSS_DIPOLE_GLSL_PROFILE:      return SSS_DIPOLE__GLSL_PROFILE;
+    case SSS_DIPOLE_GLSL_TONE_MAPPING: return SSS_DIPOLE__GLSL_TONE_MAPPING;
+    }
+    return NULL;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profile, sss_dipole_exit exit_convention,
+                                                       sss_dipole_glsl_uniforms *out)
+{
+    sss_dipole_glsl_uniforms u;
+    int i;
+    if (profile == NULL || out == NULL || !sss_dipole__valid_profile(profile)
+        || (exit_convention != SSS_DIPOLE_EXIT_PAPER && exit_convention != SSS_DIPOLE_EXIT_CONSERVING))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        u.alpha_p[i] = (float)profile->alpha_p[i];
+        u.sigma_tr[i] = (float)profile->sigma_tr[i];
+        u.z_r[i] = (float)profile->z_r[i];
+        u.z_v[i] = (float)profile->z_v[i];
+    }
+    u.eta = (float)profile->eta;
+    u.exit_scale = exit_convention == SSS_DIPOLE_EXIT_CONSERVING ? (float)(1.0 / (1.0 - profile->F_external)) : 1.0f;
+    *out = u;
+    return SSS_OK;
+}
+
+#endif // SSS_DIPOLE_IMPLEMENTED
+#endif // SSS_DIPOLE_IMPLEMENTATION
+
 #endif // SSS_DIPOLE_H
