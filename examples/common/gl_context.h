@@ -89,6 +89,7 @@ extern "C" {
     X(Uniform4fv, UNIFORM4FV)                                                                                         \
     X(UniformMatrix4fv, UNIFORMMATRIX4FV)                                                                             \
     X(UseProgram, USEPROGRAM)                                                                                         \
+    X(VertexAttrib4fv, VERTEXATTRIB4FV)                                                                               \
     X(VertexAttribPointer, VERTEXATTRIBPOINTER)                                                                       \
     X(Viewport, VIEWPORT)
 

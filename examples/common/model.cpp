@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <exception>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <new>
@@ -839,9 +840,10 @@ void save_model(const char *path, const model *m, const float *colors)
     gltf.scenes.resize(1);
     gltf.scenes[0].nodes.push_back(0);
     gltf.defaultScene = 0;
-    if (!tinygltf::TinyGLTF().WriteGltfSceneToFile(&gltf, path, true, true, false, true))
+    std::ofstream file(path, std::ios::binary);
+    if (!file || !tinygltf::TinyGLTF().WriteGltfSceneToStream(&gltf, file, false, true) || !file.flush())
     {
-        throw failure(std::string("cannot write ") + path);
+        throw failure(std::string("cannot write ") + path + ": " + std::strerror(errno));
     }
 }
 

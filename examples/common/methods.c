@@ -1,0 +1,235 @@
+#define _POSIX_C_SOURCE 200809L // clock_gettime, isatty
+
+#include "methods.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "threads.h"
+
+double method_seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+// ---- what every method hands to the library ----
+
+typedef struct services
+{
+    int threads;
+    int show_progress;
+    int last_percent;
+} services;
+
+static void parallel_for(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end),
+                         void *context)
+{
+    threads_parallel_for(((const services *)user)->threads, count, task, context);
+}
+
+static int progress(void *user, double fraction)
+{
+    services *const s = user;
+    const int percent = (int)(100.0 * fraction);
+    if (s->show_progress && percent != s->last_percent)
+    {
+        fprintf(stderr, percent >= 100 ? "\r                    \r" : "\rgathering: %d %% ", percent);
+        fflush(stderr);
+        s->last_percent = percent;
+    }
+    return 0;
+}
+
+static sss_hooks hooks_of(services *s)
+{
+    const sss_hooks hooks = {.user = s, .parallel_for = parallel_for, .progress = progress};
+    return hooks;
+}
+
+static int fail(sss_result why, const char *what, char *error_text, size_t error_size)
+{
+    snprintf(error_text, error_size, "%s: %s", what, sss_result_string(why));
+    return -1;
+}
+
+// ---- direct: every receiver from every triangle ----
+
+enum
+{
+    SAMPLE_ROWS = 64 // receivers per thread that are timed before a run
+};
+
+static const double LONG_S = 2.0; // runs that will take longer are announced
+
+static const char *path_name(sss_dipole_path path)
+{
+    switch (path)
+    {
+    case SSS_DIPOLE_PATH_AUTO:   return "auto";
+    case SSS_DIPOLE_PATH_SCALAR: return "scalar";
+    case SSS_DIPOLE_PATH_TABLE:  return "table";
+    case SSS_DIPOLE_PATH_AVX2:   return "avx2";
+    case SSS_DIPOLE_PATH_AVX512: return "avx512";
+    }
+    return "unknown";
+}
+
+// Times a few receivers, spread over the mesh, and extrapolates to all. Returns seconds, 0 where nothing can be said.
+static double estimate(const sss_dipole_gather *gather, const method_job *job)
+{
+    const size_t count = (size_t)job->threads * SAMPLE_ROWS;
+    if (job->mesh.vertex_count < 4 * count)
+    {
+        return 0.0;
+    }
+    float *const positions = malloc(9 * count * sizeof *positions);
+    if (!positions)
+    {
+        return 0.0;
+    }
+    float *const normals = positions + 3 * count, *const radiosity = normals + 3 * count;
+    const size_t stride = job->mesh.vertex_count / count;
+    for (size_t i = 0; i < count; ++i)
+    {
+        memcpy(positions + 3 * i, job->mesh.positions + 3 * i * stride, 3 * sizeof *positions);
+        memcpy(normals + 3 * i, job->mesh.normals + 3 * i * stride, 3 * sizeof *normals);
+    }
+    const sss_dipole_receivers receivers = {.positions = positions, .normals = normals, .count = count};
+    const double start = method_seconds();
+    const sss_result result = sss_dipole_gather_run(gather, &receivers, radiosity);
+    const double taken = method_seconds() - start;
+    free(positions);
+    return result == SSS_OK ? taken * (double)job->mesh.vertex_count / (double)count : 0.0;
+}
+
+static void announce(double seconds, const method_job *job)
+{
+    char text[32];
+    snprintf(text, sizeof text, seconds < 120.0 ? "%.0f s" : seconds < 7200.0 ? "%.0f min" : "%.1f h",
+             seconds < 120.0 ? seconds : seconds < 7200.0 ? seconds / 60.0 : seconds / 3600.0);
+    fprintf(stderr, "gathering %zu receivers from %zu triangles: about %s on %d thread%s\n", job->mesh.vertex_count,
+            job->mesh.triangle_count, text, job->threads, job->threads == 1 ? "" : "s");
+}
+
+static void report_direct(const sss_dipole_gather_stats *s, method_result *result)
+{
+    result->predicted_error = s->predicted_error;
+    result->bytes = s->bytes;
+    snprintf(result->parameters, sizeof result->parameters,
+             "geometry=%s\npath=%s\ntolerance=%g\npath_tolerance=%g\none_point_mm=%g\nmean_edge_mm=%g\n"
+             "emitters=%zu\ntable_entries=%zu\n",
+             s->geometry == SSS_DIPOLE_PLACED ? "placed" : "distance", path_name(s->path), s->tolerance,
+             s->path_tolerance, s->one_point_mm, s->mean_edge_mm, s->emitter_count, s->table_entries);
+}
+
+static int gather(sss_dipole_gather *g, services *s, const method_job *job, float *radiosity, method_result *result,
+                  char *error_text, size_t error_size)
+{
+    const sss_dipole_receivers receivers = {.positions = job->mesh.positions, .normals = job->mesh.normals,
+                                            .count = job->mesh.vertex_count};
+    double start = method_seconds();
+    sss_result status = sss_dipole_gather_set_irradiance(g, SSS_DIPOLE_VERTICES, job->irradiance);
+    const double setting = method_seconds() - start;
+    if (status != SSS_OK)
+    {
+        return fail(status, "irradiance", error_text, error_size);
+    }
+    if (job->announce)
+    {
+        const double expected = estimate(g, job);
+        if (expected > LONG_S)
+        {
+            announce(expected, job);
+            s->show_progress = isatty(STDERR_FILENO);
+        }
+    }
+    start = method_seconds();
+    status = sss_dipole_gather_run(g, &receivers, radiosity);
+    result->frame_ms = 1e3 * (setting + method_seconds() - start);
+    if (s->show_progress)
+    {
+        fprintf(stderr, "\r                    \r");
+    }
+    return status == SSS_OK ? 0 : fail(status, "gather", error_text, error_size);
+}
+
+static int run_direct(const method_job *job, float *radiosity, method_result *result, char *error_text,
+                      size_t error_size)
+{
+    services s = {.threads = job->threads, .last_percent = -1};
+    const sss_hooks hooks = hooks_of(&s);
+    const sss_dipole_gather_options options = {.geometry = job->geometry, .tolerance = job->tolerance};
+    sss_dipole_gather *g = NULL;
+    const double start = method_seconds();
+    const sss_result created = sss_dipole_gather_create(&job->mesh, job->profile, &options, &hooks, &g);
+    result->precompute_s = method_seconds() - start;
+    result->method = "direct";
+    if (created != SSS_OK)
+    {
+        return fail(created, "gather", error_text, error_size);
+    }
+    sss_dipole_gather_stats stats;
+    const int status = gather(g, &s, job, radiosity, result, error_text, error_size);
+    if (status == 0 && sss_dipole_gather_get_stats(g, &stats) == SSS_OK)
+    {
+        report_direct(&stats, result);
+    }
+    sss_dipole_gather_free(g);
+    return status;
+}
+
+// ---- lambert: no light travels inside ----
+
+static int run_lambert(const method_job *job, float *radiosity, method_result *result, char *error_text,
+                       size_t error_size)
+{
+    const double start = method_seconds();
+    const sss_result status = sss_dipole_lambert(job->profile, job->irradiance, job->mesh.vertex_count, radiosity);
+    result->method = "lambert";
+    result->frame_ms = 1e3 * (method_seconds() - start);
+    result->predicted_error = job->advice.lambert_error;
+    return status == SSS_OK ? 0 : fail(status, "lambert", error_text, error_size);
+}
+
+// ---- auto: the least that meets the tolerance ----
+
+static int run_auto(const method_job *job, float *radiosity, method_result *result, char *error_text,
+                    size_t error_size)
+{
+    return (job->advice.need == SSS_DIPOLE_NEED_LAMBERT ? run_lambert : run_direct)(job, radiosity, result, error_text,
+                                                                                    error_size);
+}
+
+// ---- the table ----
+
+static const struct
+{
+    const char *name, *help;
+    method_function run;
+} methods[] = {
+    {"direct", "direct   every vertex from every triangle: sss_dipole.h", run_direct},
+    {"lambert", "lambert  diffuse reflection only, nothing travels inside: sss_dipole.h", run_lambert},
+    {"auto", "auto     the least of these that meets the tolerance", run_auto},
+};
+
+method_function method_by_name(const char *name)
+{
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; ++i)
+    {
+        if (strcmp(name, methods[i].name) == 0)
+        {
+            return methods[i].run;
+        }
+    }
+    return NULL;
+}
+
+const char *method_help(size_t index)
+{
+    return index < sizeof methods / sizeof methods[0] ? methods[index].help : NULL;
+}

@@ -1,0 +1,52 @@
+// The pipelines that the examples can run, by name: one function and one line of a table each.
+#ifndef EXAMPLES_METHODS_H
+#define EXAMPLES_METHODS_H
+
+#include <stddef.h>
+
+#include "../../sss_dipole.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct method_job
+{
+    sss_mesh mesh;                // with normals
+    const sss_profile *profile;
+    const float *irradiance;      // [vertex_count][3]
+    sss_dipole_geometry geometry; // for methods that leave the choice
+    double tolerance;             // relative L2 error; 0: the method's default
+    int threads;
+    int announce;                 // says on stderr how long a long run will take, and how far it is on a terminal
+    sss_dipole_advice advice;     // what sss_dipole_needs says of this scene
+} method_job;
+
+typedef struct method_result
+{
+    const char *method;       // that ran, where the job left the choice
+    double precompute_s;      // once per mesh and material
+    double frame_ms;          // again for every light
+    double predicted_error;   // relative L2, against the converged integral
+    size_t bytes;             // held between frames
+    char parameters[1024];    // what the method resolved: key=value lines
+} method_result;
+
+// Fills radiosity [vertex_count][3]. Returns 0, or -1 with the reason in error_text.
+typedef int (*method_function)(const method_job *job, float *radiosity, method_result *result, char *error_text,
+                               size_t error_size);
+
+// NULL for an unknown name.
+method_function method_by_name(const char *name);
+
+// "direct, lambert, ...": one line of help a method, the index-th of them; NULL behind the last.
+const char *method_help(size_t index);
+
+// Seconds on a clock that only runs forward.
+double method_seconds(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
