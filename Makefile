@@ -2,6 +2,7 @@
 # Sources are found by wildcard: a new example, test or header needs no edit here.
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c           -> build/libtests.a
+#   tests/chart/*.c   -> build/tests/chart/measure
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
 B        := build
@@ -15,9 +16,10 @@ LIBRARIES = -Wl,--as-needed -ltinygltf -lembree3 -lglfw -lOSMesa -lcmocka -lpthr
 
 EXAMPLES        := $(patsubst examples/%.c,$(B)/%,$(wildcard examples/*.c))
 TESTS           := $(patsubst tests/%.c,$(B)/tests/%,$(wildcard tests/test_*.c))
-TOOLS           := $(patsubst tests/chart/%.c,$(B)/tests/chart/%,$(wildcard tests/chart/*.c))
+CHART           := $(B)/tests/chart/measure
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c))
+CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
@@ -26,7 +28,7 @@ BUNNY           := $(B)/models/bunny.glb
 .SECONDARY:
 .PHONY: all help demo demo-run test test-run setup chart sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(TOOLS)
+all: $(EXAMPLES) $(TESTS) $(if $(CHART_OBJECTS),$(CHART))
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -107,7 +109,7 @@ $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libtests.a $(B)/libexamples.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 
-$(TOOLS): $(B)/tests/chart/%: $(B)/obj/tests/chart/%.c.o $(B)/libtests.a $(B)/libexamples.a
+$(CHART): $(CHART_OBJECTS) $(B)/libtests.a $(B)/libexamples.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 

@@ -48,7 +48,7 @@ declarations()
         -e 's/^[|`]-RecordDecl .* \(struct\|union\) \([A-Za-z_][A-Za-z_0-9]*\)\( definition\)*$/tag \2/p' \
         -e 's/^[|`]-EnumDecl .* \([A-Za-z_][A-Za-z_0-9]*\)$/tag \1/p' \
         -e 's/^[|` ] [|`]-EnumConstantDecl .* \([A-Za-z_][A-Za-z_0-9]*\) '"'"'.*/EnumConstantDecl \1/p' |
-        grep -v -E ' (col|line)$' | sort -u
+        grep -v -E ' (col|line|__builtin_.*)$' | sort -u
 }
 declarations "$work/with.c" >"$work/with.names"
 declarations "$work/system.c" >"$work/system.names"

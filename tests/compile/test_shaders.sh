@@ -32,8 +32,6 @@ shader() # version, stage, files...
 {
     version=$1 stage=$2; shift 2
     echo "#version $version"
-    # As a user of 300 es must in a fragment shader, which has no default precision for float.
-    [ "$version $stage" != "300 es frag" ] || echo "precision highp float;"
     cat "$@"
     if [ $stage = frag ]; then echo "out vec4 result; void main() { result = vec4(0.0); }"
     else echo "void main() { gl_Position = vec4(0.0); }"
@@ -72,7 +70,12 @@ for x in dipole $(for h in $headers; do lower "$h"; done | grep -v '^dipole$'); 
         index=$((index + 1))
     done
     compile "$x pieces, all given twice" "$x-twice" $all $all
-    [ $x != dipole ] || base=$all
+    if [ $x = dipole ]; then
+        base=$all
+        compile "dipole piece 0 alone" dipole-fresnel "$work/dipole-0.glsl"
+        compile "dipole piece 2 alone" dipole-tone "$work/dipole-2.glsl"
+        job "dipole has three pieces" "[ $index = 3 ]"
+    fi
 done
 
 printf 'void f() { int i = 1.5; }\n' >"$work/bad.glsl"

@@ -1,0 +1,392 @@
+// Measures runs and appends one line each to a CSV file.
+//   build/chart-measure OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]
+// Columns, as DESIGN.md says:
+//   method,mesh,vertices,triangles,size_mm,material,light,parameters,threads,precompute_s,frame_ms,bytes,rel_l2,
+//   rel_max,image_rmse,reference
+// rel_l2, rel_max: against the converged reference at N vertices spread over the mesh, weighted by their areas.
+// frame_ms: median of at least five frames. Where a frame would take longer than S seconds, a frame computes every
+// k-th vertex and the part that grows with the receivers counts k times: `rows` in parameters says how many were
+// computed. image_rmse stays empty where no picture was compared.
+
+#define _POSIX_C_SOURCE 200809L
+
+#include "chart.h"
+
+#include "../../examples/common/threads.h"
+#include "../common/reference.h"
+#include "../common/test.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const chart_method *const methods[] = {&chart_lambert, &chart_direct, &chart_direct_points,
+                                              &chart_direct_scalar};
+
+static const char *const materials[] = {"Marble", "Skimmilk"};
+static const double reference_tolerance = 1e-5; // an order of magnitude below the smallest error measured
+
+enum
+{
+    METHOD_COUNT = sizeof methods / sizeof methods[0],
+    MATERIAL_COUNT = sizeof materials / sizeof materials[0],
+    SIZES_MAX = 8,
+    RUNS_MAX = 64
+};
+
+typedef struct settings
+{
+    const char *out;
+    size_t receivers;
+    int threads, runs;
+    double seconds; // a frame's limit
+    double sizes[SIZES_MAX];
+    size_t size_count, variants_max;
+    double thin; // the mesh itself is decimated by this factor: only for a quick look
+} settings;
+
+typedef struct truth
+{
+    chart_rows rows;
+    double *B;       // [count][3]
+    double *weights; // [count] area, mesh units
+    double error;    // relative L2 error of the reference's own estimate
+} truth;
+
+// ---- receivers ----
+
+static int make_rows(const chart_case *c, size_t step, chart_rows *rows)
+{
+    const size_t count = (c->mesh.vertex_count + step - 1) / step;
+    rows->count = count;
+    rows->indices = (size_t *)malloc(count * sizeof *rows->indices);
+    rows->positions = (float *)malloc(3 * count * sizeof *rows->positions);
+    rows->normals = (float *)malloc(3 * count * sizeof *rows->normals);
+    if (!rows->indices || !rows->positions || !rows->normals)
+    {
+        return 1;
+    }
+    for (size_t i = 0; i < count; ++i)
+    {
+        rows->indices[i] = i * step;
+        memcpy(rows->positions + 3 * i, c->mesh.positions + 3 * i * step, 3 * sizeof(float));
+        memcpy(rows->normals + 3 * i, c->mesh.normals + 3 * i * step, 3 * sizeof(float));
+    }
+    return 0;
+}
+
+static void free_rows(chart_rows *rows)
+{
+    free(rows->indices);
+    free(rows->positions);
+    free(rows->normals);
+    memset(rows, 0, sizeof *rows);
+}
+
+// ---- the reference ----
+
+static int make_truth(const chart_case *c, const settings *s, truth *t)
+{
+    const size_t step = c->mesh.vertex_count > s->receivers ? c->mesh.vertex_count / s->receivers : 1;
+    const reference_options options = {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_VERTICES, reference_tolerance};
+    double *areas = (double *)malloc(c->mesh.vertex_count * sizeof *areas);
+    double sum = 0.0, sum_error = 0.0, *errors;
+    if (!areas || make_rows(c, step, &t->rows) != 0)
+    {
+        free(areas);
+        return 1;
+    }
+    t->B = (double *)malloc(3 * t->rows.count * sizeof *t->B);
+    t->weights = (double *)malloc(t->rows.count * sizeof *t->weights);
+    errors = (double *)malloc(3 * t->rows.count * sizeof *errors);
+    const int failed = !t->B || !t->weights || !errors ||
+                       reference_radiosity_many(&c->view, &c->profile, c->irradiance, &options, t->rows.positions,
+                                                t->rows.normals, NULL, t->rows.count, threads_available(), t->B,
+                                                errors) != 0;
+    if (!failed)
+    {
+        mesh_vertex_areas(&c->mesh, areas);
+        for (size_t i = 0; i < 3 * t->rows.count; ++i)
+        {
+            const double weight = t->weights[i / 3] = areas[t->rows.indices[i / 3]];
+            sum += weight * t->B[i] * t->B[i];
+            sum_error += weight * errors[i] * errors[i];
+        }
+        t->error = sqrt(sum_error / sum);
+    }
+    free(areas);
+    free(errors);
+    return failed;
+}
+
+static void free_truth(truth *t)
+{
+    free_rows(&t->rows);
+    free(t->B);
+    free(t->weights);
+}
+
+// DESIGN.md: area-weighted L2 norm of B - B_ref over that of B_ref; largest difference over the largest B_ref.
+static void compare(const truth *t, const float *B, double *rel_l2, double *rel_max)
+{
+    double sum = 0.0, sum_difference = 0.0, largest = 0.0, largest_difference = 0.0;
+    for (size_t i = 0; i < 3 * t->rows.count; ++i)
+    {
+        const double difference = (double)B[i] - t->B[i];
+        sum += t->weights[i / 3] * t->B[i] * t->B[i];
+        sum_difference += t->weights[i / 3] * difference * difference;
+        largest = fmax(largest, fabs(t->B[i]));
+        largest_difference = fmax(largest_difference, fabs(difference));
+    }
+    *rel_l2 = sqrt(sum_difference / sum);
+    *rel_max = largest_difference / largest;
+}
+
+// ---- one run ----
+
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+// One frame of every step-th vertex, in seconds as if it were all of them; negative on failure.
+static double one_frame(const chart_method *method, const chart_case *c, chart_run *run, const chart_rows *rows,
+                        float *B)
+{
+    const double start = test_seconds();
+    if (method->relight(c, run) != 0)
+    {
+        return -1.0;
+    }
+    const double lit = test_seconds();
+    if (method->radiosity(c, run, rows, B) != 0)
+    {
+        return -1.0;
+    }
+    const double share = (double)rows->count / (double)c->mesh.vertex_count;
+    return lit - start + (test_seconds() - lit) / share;
+}
+
+static double median_frame(const chart_method *method, const chart_case *c, const settings *s, chart_run *run)
+{
+    double seconds[RUNS_MAX], guess;
+    chart_rows rows = {0};
+    float *const B = (float *)malloc(3 * c->mesh.vertex_count * sizeof *B);
+    size_t step = c->mesh.vertex_count / 256 + 1; // first a guess from a few rows
+    if (!B || make_rows(c, step, &rows) != 0)
+    {
+        free(B);
+        free_rows(&rows);
+        return -1.0;
+    }
+    guess = one_frame(method, c, run, &rows, B);
+    free_rows(&rows);
+    step = guess > s->seconds ? (size_t)ceil(guess / s->seconds) : 1;
+    int failed = guess < 0.0 || make_rows(c, step, &rows) != 0;
+    for (int i = 0; i < s->runs && !failed; ++i)
+    {
+        seconds[i] = one_frame(method, c, run, &rows, B);
+        failed = seconds[i] < 0.0;
+    }
+    if (!failed)
+    {
+        const size_t length = strlen(run->parameters);
+        snprintf(run->parameters + length, sizeof run->parameters - length, ";rows=%zu", rows.count);
+        qsort(seconds, (size_t)s->runs, sizeof *seconds, by_value);
+    }
+    free(B);
+    free_rows(&rows);
+    return failed ? -1.0 : seconds[s->runs / 2];
+}
+
+static int append(const settings *s, const chart_case *c, const char *method, const chart_run *run,
+                  const double times[2], const double errors[2], double reference_error)
+{
+    FILE *const file = fopen(s->out, "a");
+    if (!file)
+    {
+        perror(s->out);
+        return 1;
+    }
+    fprintf(file, "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,,quadrature to %.1e at %zu vertices\n", method,
+            c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name, c->light_name,
+            run->parameters, run->threads, times[0], 1e3 * times[1], run->bytes, errors[0], errors[1],
+            reference_error, s->receivers);
+    return fclose(file) != 0;
+}
+
+static int measure(const chart_method *method, size_t variant, const chart_case *c, const truth *t, const settings *s,
+                   const sss_hooks *hooks)
+{
+    chart_run run;
+    double times[2] = {0.0, 0.0}, errors[2] = {0.0, 0.0};
+    float *const B = (float *)malloc(3 * t->rows.count * sizeof *B);
+    memset(&run, 0, sizeof run);
+    run.threads = s->threads;
+    run.hooks = hooks;
+    const double start = test_seconds();
+    int failed = !B || method->prepare(c, variant, &run) != 0;
+    times[0] = test_seconds() - start;
+    failed = failed || method->relight(c, &run) != 0 || method->radiosity(c, &run, &t->rows, B) != 0;
+    if (!failed)
+    {
+        compare(t, B, &errors[0], &errors[1]);
+        times[1] = median_frame(method, c, s, &run);
+        failed = times[1] < 0.0 || append(s, c, method->name, &run, times, errors, t->error) != 0;
+    }
+    printf("%-14s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  predicted %.1e%s\n", method->name,
+           c->material_name, c->size_mm, run.parameters, 1e3 * times[1], errors[0], errors[1], run.error_bound,
+           failed ? "  FAILED" : "");
+    fflush(stdout);
+    method->release(&run);
+    free(B);
+    return failed;
+}
+
+// ---- cases ----
+
+static int make_case(const mesh_data *mesh, const char *material_name, double size_mm, chart_case *c)
+{
+    sss_dipole_material material;
+    sss_dipole_irradiance_options options;
+    memset(c, 0, sizeof *c);
+    memset(&options, 0, sizeof options);
+    c->mesh_name = "bunny";
+    c->material_name = material_name;
+    c->light_name = "directional"; // from (1,1,1), white, no shadows
+    c->size_mm = size_mm;
+    c->mesh = *mesh;
+    c->view = mesh_view(mesh, size_mm / mesh_extent(mesh));
+    c->light.kind = SSS_DIPOLE_LIGHT_DIRECTIONAL;
+    for (int k = 0; k < 3; ++k)
+    {
+        c->light.direction[k] = c->light.color[k] = 1.0;
+    }
+    c->irradiance = (float *)malloc(3 * mesh->vertex_count * sizeof *c->irradiance);
+    if (!c->irradiance || sss_dipole_material_by_name(material_name, &material) != SSS_OK ||
+        sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, &c->profile) != SSS_OK)
+    {
+        return 1;
+    }
+    options.eta = material.eta;
+    return sss_dipole_irradiance(&c->view, &c->light, 1, &options, c->irradiance) != SSS_OK;
+}
+
+static int measure_case(const mesh_data *mesh, const char *material, double size_mm, const settings *s,
+                        const sss_hooks *hooks)
+{
+    chart_case c;
+    truth t;
+    memset(&t, 0, sizeof t);
+    int failed = make_case(mesh, material, size_mm, &c) != 0 || make_truth(&c, s, &t) != 0;
+    printf("%s, %g mm: reference to %.1e%s\n", material, size_mm, t.error, failed ? " FAILED" : "");
+    for (size_t m = 0; m < METHOD_COUNT && !failed; ++m)
+    {
+        for (size_t v = 0; v < methods[m]->variant_count && v < s->variants_max && !failed; ++v)
+        {
+            failed = measure(methods[m], v, &c, &t, s, hooks);
+        }
+    }
+    free_truth(&t);
+    free(c.irradiance);
+    return failed;
+}
+
+// ---- the command ----
+
+static int usage(const char *program)
+{
+    fprintf(stderr, "usage: %s OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]\n",
+            program);
+    return 2;
+}
+
+static int read_sizes(const char *text, settings *s)
+{
+    char *end;
+    for (s->size_count = 0; s->size_count < SIZES_MAX; text = end + 1)
+    {
+        const double size = strtod(text, &end);
+        if (end == text || !(size > 0.0) || !isfinite(size))
+        {
+            return 1;
+        }
+        s->sizes[s->size_count++] = size;
+        if (*end != ',')
+        {
+            return *end != '\0';
+        }
+    }
+    return 1;
+}
+
+static int read_arguments(int argc, char **argv, settings *s)
+{
+    if (argc < 2)
+    {
+        return 1;
+    }
+    s->out = argv[1];
+    for (int i = 2; i < argc; ++i)
+    {
+        const char *const value = i + 1 < argc ? argv[i + 1] : "";
+        if (strcmp(argv[i], "--quick") == 0)
+        {
+            s->thin = 40.0;
+            s->variants_max = 2;
+            s->receivers = 40;
+            s->size_count = 1;
+            continue;
+        }
+        if (strcmp(argv[i], "--receivers") == 0) s->receivers = (size_t)strtoul(value, NULL, 10);
+        else if (strcmp(argv[i], "--threads") == 0) s->threads = atoi(value);
+        else if (strcmp(argv[i], "--runs") == 0) s->runs = atoi(value);
+        else if (strcmp(argv[i], "--seconds") == 0) s->seconds = atof(value);
+        else if (strcmp(argv[i], "--sizes") != 0 || read_sizes(value, s) != 0) return 1;
+        ++i;
+    }
+    return s->receivers < 1 || s->threads < 1 || s->runs < 5 || s->runs > RUNS_MAX || !(s->seconds > 0.0);
+}
+
+static void on_threads(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end), void *context)
+{
+    threads_parallel_for(*(const int *)user, count, task, context);
+}
+
+int main(int argc, char **argv)
+{
+    settings s = {NULL, 200, 1, 5, 0.25, {50.0, 10.0, 200.0}, 3, SIZE_MAX, 1.0};
+    mesh_data loaded, mesh;
+    sss_hooks hooks;
+    if (read_arguments(argc, argv, &s) != 0)
+    {
+        return usage(argv[0]);
+    }
+    memset(&hooks, 0, sizeof hooks);
+    hooks.user = &s.threads;
+    hooks.parallel_for = on_threads;
+    if (mesh_load_bunny(&loaded) != 0)
+    {
+        fprintf(stderr, "no bunny: install glmark2-data\n");
+        return 1;
+    }
+    if (s.thin > 1.0 ? mesh_decimate(&loaded, s.thin, &mesh) != 0 : mesh_copy(&loaded, &mesh) != 0)
+    {
+        mesh_free(&loaded);
+        return 1;
+    }
+    int failed = 0;
+    for (size_t i = 0; i < s.size_count && !failed; ++i)
+    {
+        for (size_t m = 0; m < MATERIAL_COUNT && !failed; ++m)
+        {
+            failed = measure_case(&mesh, materials[m], s.sizes[i], &s, &hooks);
+        }
+    }
+    mesh_free(&loaded);
+    mesh_free(&mesh);
+    return failed;
+}

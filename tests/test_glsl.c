@@ -1,0 +1,538 @@
+// The GLSL snippets executed on OSMesa and compared with the C functions, in every version they are written for.
+//
+// What may differ: a shader computes in float, so an input or an intermediate result is off by a few parts in 2^24.
+// The bounds follow from that: the change of the exact result when the inputs move by that much, plus a few roundings
+// of the result. Where the formula is ill-conditioned (Fresnel at the critical angle) the bound is wide by itself.
+
+#define SSS_DIPOLE_IMPLEMENTATION
+#include "../sss_dipole.h"
+
+#include "../examples/common/gl_context.h"
+#include "common/test.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum
+{
+    WIDTH = 64,
+    HEIGHT = 64,
+    COUNT = WIDTH * HEIGHT, // samples of one run: one a pixel
+    INPUTS = 3              // vec4 inputs of a sample
+};
+
+static const char *const versions[] = {"330 core", "450 core", "300 es"};
+enum
+{
+    VERSION_COUNT = sizeof versions / sizeof versions[0]
+};
+
+typedef struct samples
+{
+    float in[INPUTS][COUNT][4];
+    float out[COUNT][4];
+} samples;
+
+static gl_context *g_context; // one for all tests: Mesa takes long to start
+static samples g_samples;
+static sss_dipole_glsl_uniforms g_uniforms;
+static float g_exposure = 1.0f;
+
+// ---- running an expression over all samples ----
+
+static GLuint make_texture(const gl_functions *gl, const float (*texels)[4])
+{
+    GLuint texture = 0;
+    gl->GenTextures(1, &texture);
+    gl->BindTexture(GL_TEXTURE_2D, texture);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, WIDTH, HEIGHT, 0, GL_RGBA, GL_FLOAT, texels);
+    return texture;
+}
+
+static void set_uniforms(const gl_functions *gl, GLuint program)
+{
+    static const char *const names[INPUTS] = {"input_a", "input_b", "input_c"};
+    for (GLint i = 0; i < INPUTS; ++i)
+    {
+        gl->Uniform1i(gl->GetUniformLocation(program, names[i]), i);
+    }
+    gl->Uniform3fv(gl->GetUniformLocation(program, "sss_alpha_p"), 1, g_uniforms.alpha_p);
+    gl->Uniform3fv(gl->GetUniformLocation(program, "sss_sigma_tr"), 1, g_uniforms.sigma_tr);
+    gl->Uniform3fv(gl->GetUniformLocation(program, "sss_z_r"), 1, g_uniforms.z_r);
+    gl->Uniform3fv(gl->GetUniformLocation(program, "sss_z_v"), 1, g_uniforms.z_v);
+    gl->Uniform1f(gl->GetUniformLocation(program, "sss_eta"), g_uniforms.eta);
+    gl->Uniform1f(gl->GetUniformLocation(program, "sss_exit_scale"), g_uniforms.exit_scale);
+    gl->Uniform1f(gl->GetUniformLocation(program, "sss_exposure"), g_exposure);
+}
+
+static GLuint build(const char *version, const char *expression)
+{
+    static const char *const vertex[] = {
+        "void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }\n"};
+    const int es = strstr(version, "es") != NULL;
+    const char *const fragment[] = {es ? "precision highp sampler2D;\n" : "\n",
+                                    sss_dipole_glsl(SSS_DIPOLE_GLSL_FRESNEL),
+                                    sss_dipole_glsl(SSS_DIPOLE_GLSL_PROFILE),
+                                    sss_dipole_glsl(SSS_DIPOLE_GLSL_TONE_MAPPING),
+                                    "uniform sampler2D input_a; uniform sampler2D input_b; uniform sampler2D input_c;\n"
+                                    "out vec4 result;\n"
+                                    "void main()\n"
+                                    "{\n"
+                                    "    ivec2 p = ivec2(gl_FragCoord.xy);\n"
+                                    "    vec4 a = texelFetch(input_a, p, 0);\n"
+                                    "    vec4 b = texelFetch(input_b, p, 0);\n"
+                                    "    vec4 c = texelFetch(input_c, p, 0);\n"
+                                    "    result = vec4(", expression, ", a.x + b.x + c.x);\n}\n"};
+    char version_line[32], error[4096] = "";
+    snprintf(version_line, sizeof version_line, "#version %s", version);
+    const GLuint program = gl_context_program(g_context, version_line, vertex, 1, fragment,
+                                              sizeof fragment / sizeof fragment[0], error, sizeof error);
+    if (!program)
+    {
+        test_note("%s: %s", version, error);
+    }
+    return program;
+}
+
+// Evaluates a vec3 expression of a, b, c over g_samples.in into g_samples.out; false when OpenGL refuses.
+static int evaluate(const char *version, const char *expression)
+{
+    const gl_functions *const gl = gl_context_functions(g_context);
+    const GLuint program = build(version, expression);
+    if (!CHECK(program != 0))
+    {
+        return 0;
+    }
+    GLuint inputs[INPUTS], target, framebuffer, vertex_array;
+    for (GLuint i = 0; i < INPUTS; ++i)
+    {
+        gl->ActiveTexture(GL_TEXTURE0 + i);
+        inputs[i] = make_texture(gl, (const float(*)[4])g_samples.in[i]);
+    }
+    gl->ActiveTexture(GL_TEXTURE0 + INPUTS);
+    target = make_texture(gl, NULL);
+    gl->GenFramebuffers(1, &framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, target, 0);
+    const int complete = gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+
+    gl->GenVertexArrays(1, &vertex_array);
+    gl->BindVertexArray(vertex_array);
+    gl->Viewport(0, 0, WIDTH, HEIGHT);
+    gl->UseProgram(program);
+    set_uniforms(gl, program);
+    memset(g_samples.out, 0xff, sizeof g_samples.out); // NaN, should nothing be drawn
+    gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    gl->ReadPixels(0, 0, WIDTH, HEIGHT, GL_RGBA, GL_FLOAT, g_samples.out);
+
+    gl->DeleteTextures(INPUTS, inputs);
+    gl->DeleteTextures(1, &target);
+    gl->DeleteFramebuffers(1, &framebuffer);
+    gl->DeleteVertexArrays(1, &vertex_array);
+    gl->DeleteProgram(program);
+    return CHECK(complete && gl->GetError() == GL_NO_ERROR);
+}
+
+// ---- comparing ----
+
+// Largest ratio of error to bound over the samples, and the largest error itself. A value that is not finite counts
+// as infinitely wrong.
+typedef struct worst
+{
+    double ratio, error;
+    size_t sample;
+} worst;
+
+static void compare(worst *w, size_t sample, double got, double want, double bound)
+{
+    const double error = isfinite(got) ? fabs(got - want) : HUGE_VAL;
+    if (error / bound > w->ratio || w->ratio < 0.0)
+    {
+        w->ratio = error / bound;
+        w->sample = sample;
+    }
+    w->error = fmax(w->error, error);
+}
+
+static double between(double low, double high, double t)
+{
+    return low + (high - low) * t;
+}
+
+static double log_between(double low, double high, double t)
+{
+    return exp(between(log(low), log(high), t));
+}
+
+static double column(size_t sample)
+{
+    return (double)(sample % WIDTH) / (WIDTH - 1);
+}
+
+static double row(size_t sample)
+{
+    return (double)(sample / WIDTH) / (HEIGHT - 1);
+}
+
+static const double roundings = 8.0 * FLT_EPSILON; // inputs may move by that much, relatively
+
+typedef double (*function_of_two)(double x, double y);
+
+// Bound of f at (x, y): how far the exact result moves when both inputs are off by some roundings, plus as many
+// roundings of the result.
+static double conditioned_bound(function_of_two f, double x, double y, double x_high)
+{
+    const double middle = f(x, y);
+    double bound = roundings * fmax(fabs(middle), 0.01);
+    for (int i = 0; i < 9; ++i)
+    {
+        const double x_moved = fmin(x * (1.0 + roundings * (i % 3 - 1)), x_high);
+        const double y_moved = y * (1.0 + roundings * (i / 3 - 1));
+        bound = fmax(bound, roundings * fmax(fabs(middle), 0.01) + fabs(f(x_moved, y_moved) - middle));
+    }
+    return bound;
+}
+
+// ---- Fresnel ----
+
+static double fresnel(double cos_i, double eta)
+{
+    return sss_dipole_fresnel(cos_i, eta);
+}
+
+static double schlick(double cos_i, double eta)
+{
+    return sss_dipole_fresnel_schlick(cos_i, eta);
+}
+
+static void fill_cosines_and_indices(void)
+{
+    for (size_t i = 0; i < COUNT; ++i)
+    {
+        g_samples.in[0][i][0] = (float)column(i);                        // cos_i, 0 and 1 included
+        g_samples.in[0][i][1] = (float)log_between(1.0 / 3.0, 3.0, row(i)); // eta
+    }
+}
+
+static void compare_fresnel(const char *expression, function_of_two f)
+{
+    fill_cosines_and_indices();
+    for (size_t v = 0; v < VERSION_COUNT; ++v)
+    {
+        worst w = {-1.0, 0.0, 0};
+        test_about("%s", versions[v]);
+        if (!evaluate(versions[v], expression))
+        {
+            continue;
+        }
+        for (size_t i = 0; i < COUNT; ++i)
+        {
+            const double cos_i = (double)g_samples.in[0][i][0], eta = (double)g_samples.in[0][i][1];
+            compare(&w, i, (double)g_samples.out[i][0], f(cos_i, eta), conditioned_bound(f, cos_i, eta, 1.0));
+        }
+        test_note("largest error %.1e; worst against its bound at cos_i %g, eta %g", w.error,
+                  (double)g_samples.in[0][w.sample][0], (double)g_samples.in[0][w.sample][1]);
+        CHECK_BELOW(w.ratio, 1.0);
+    }
+}
+
+static void fresnel_is_that_of_c(void)
+{
+    compare_fresnel("vec3(sss_fresnel(a.x, a.y))", fresnel);
+}
+
+static void schlick_is_that_of_c(void)
+{
+    compare_fresnel("vec3(sss_fresnel_schlick(a.x, a.y))", schlick);
+}
+
+static double fresnel_of_inverted_eta(double cos_i, double eta)
+{
+    return sss_dipole_fresnel(cos_i, 1.0 / eta);
+}
+
+static void an_inverted_eta_is_caught(void)
+{
+    worst w = {-1.0, 0.0, 0};
+    fill_cosines_and_indices();
+    if (evaluate(versions[0], "vec3(sss_fresnel(a.x, a.y))"))
+    {
+        for (size_t i = 0; i < COUNT; ++i)
+        {
+            const double cos_i = (double)g_samples.in[0][i][0], eta = (double)g_samples.in[0][i][1];
+            compare(&w, i, (double)g_samples.out[i][0], fresnel_of_inverted_eta(cos_i, eta),
+                    conditioned_bound(fresnel_of_inverted_eta, cos_i, eta, 1.0));
+        }
+        CHECK(w.ratio > 1e3);
+    }
+}
+
+// ---- profile ----
+
+static int use_material(const char *name, sss_dipole_exit exit_convention, sss_profile *profile)
+{
+    sss_dipole_material material;
+    return CHECK_EQUAL(sss_dipole_material_by_name(name, &material), SSS_OK) &&
+           CHECK_EQUAL(sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, profile), SSS_OK) &&
+           CHECK_EQUAL(sss_dipole_get_glsl_uniforms(profile, exit_convention, &g_uniforms), SSS_OK);
+}
+
+// R_d falls as exp(-sigma_tr d): roundings of sigma_tr d, times itself, are relative errors of R_d. What underflows in
+// float may be flushed to zero.
+static double Rd_bound(const sss_profile *profile, int k, double d, double want)
+{
+    return 2.0 * roundings * (1.0 + profile->sigma_tr[k] * d) * want + 4.0 * (double)FLT_MIN;
+}
+
+static const char *const materials[] = {"Marble", "Skimmilk", "Ketchup", "Skin1"};
+enum
+{
+    MATERIAL_COUNT = sizeof materials / sizeof materials[0]
+};
+
+static void compare_Rd(const sss_profile *profile, const char *version, double flip)
+{
+    worst w = {-1.0, 0.0, 0};
+    for (size_t i = 0; i < COUNT; ++i)
+    {
+        const double r = (double)g_samples.in[0][i][0];
+        for (int k = 0; k < 3; ++k)
+        {
+            const double want = sss_dipole_Rd(profile, k, r);
+            compare(&w, i, (double)g_samples.out[i][k], flip * want,
+                    Rd_bound(profile, k, r + profile->z_v[k], want));
+        }
+    }
+    if (flip > 0.0)
+    {
+        test_note("%s: worst at r = %g mm", version, (double)g_samples.in[0][w.sample][0]);
+        CHECK_BELOW(w.ratio, 1.0);
+    }
+    else
+    {
+        CHECK(w.ratio > 1e3); // the mutation
+    }
+}
+
+static void Rd_is_that_of_c(void)
+{
+    for (size_t i = 0; i < COUNT; ++i)
+    {   // from a thousandth of a millimetre to a metre, and 0
+        g_samples.in[0][i][0] = i == 0 ? 0.0f : (float)log_between(1e-3, 1e3, (double)i / COUNT);
+    }
+    for (size_t m = 0; m < MATERIAL_COUNT; ++m)
+    {
+        sss_profile profile;
+        if (!use_material(materials[m], SSS_DIPOLE_EXIT_PAPER, &profile))
+        {
+            continue;
+        }
+        for (size_t v = 0; v < VERSION_COUNT; ++v)
+        {
+            test_about("%s, %s", materials[m], versions[v]);
+            if (evaluate(versions[v], "sss_Rd(a.x)"))
+            {
+                compare_Rd(&profile, versions[v], 1.0);
+            }
+        }
+        compare_Rd(&profile, "", -1.0);
+    }
+}
+
+// Emitters in a box around the receiver, normals in all directions. On this scale positions are exact to a few parts
+// in 2^24 of the distance, so that no cancellation is added.
+static void fill_placements(void)
+{
+    for (size_t i = 0; i < COUNT; ++i)
+    {
+        const double phi = 6.2831853 * column(i), z = between(-1.0, 1.0, row(i)), s = sqrt(1.0 - z * z);
+        const double r = log_between(0.05, 50.0, (double)((i * 2654435761u) % COUNT) / COUNT);
+        const float n[3] = {(float)(s * cos(phi)), (float)(s * sin(phi)), (float)z};
+        const float x_i[3] = {(float)(r * 0.36), (float)(r * -0.48), (float)(r * 0.8)};
+        memcpy(g_samples.in[0][i], x_i, sizeof x_i);
+        g_samples.in[1][i][0] = g_samples.in[1][i][1] = g_samples.in[1][i][2] = 0.0f;
+        memcpy(g_samples.in[2][i], n, sizeof n);
+    }
+}
+
+static void to_double(const float *in, double out[3])
+{
+    for (int k = 0; k < 3; ++k)
+    {
+        out[k] = (double)in[k];
+    }
+}
+
+// With placed sources the distances d = |x_i - x_o + z n| may cancel; then a rounding of z or x weighs (z + r)/d.
+static double placed_bound(const sss_profile *profile, int k, const double x_i[3], const double n[3], double want)
+{
+    double d_r = 0.0, d_v = 0.0, r = 0.0;
+    const double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (int j = 0; j < 3; ++j)
+    {
+        const double a = x_i[j] + profile->z_r[k] * n[j] / length, b = x_i[j] - profile->z_v[k] * n[j] / length;
+        d_r += a * a;
+        d_v += b * b;
+        r += x_i[j] * x_i[j];
+    }
+    const double d = sqrt(fmin(d_r, d_v));
+    const double cancellation = (sqrt(r) + profile->z_v[k]) / d;
+    return 3.0 * cancellation * Rd_bound(profile, k, sqrt(fmax(d_r, d_v)), want);
+}
+
+static void Rd_placed_is_that_of_c(void)
+{
+    fill_placements();
+    for (size_t m = 0; m < MATERIAL_COUNT; ++m)
+    {
+        sss_profile profile;
+        if (!use_material(materials[m], SSS_DIPOLE_EXIT_PAPER, &profile))
+        {
+            continue;
+        }
+        for (size_t v = 0; v < VERSION_COUNT; ++v)
+        {
+            worst w = {-1.0, 0.0, 0};
+            test_about("%s, %s", materials[m], versions[v]);
+            if (!evaluate(versions[v], "sss_Rd_placed(a.xyz, b.xyz, c.xyz)"))
+            {
+                continue;
+            }
+            for (size_t i = 0; i < COUNT; ++i)
+            {
+                double x_i[3], x_o[3], n_o[3];
+                to_double(g_samples.in[0][i], x_i);
+                to_double(g_samples.in[1][i], x_o);
+                to_double(g_samples.in[2][i], n_o);
+                for (int k = 0; k < 3; ++k)
+                {
+                    const double want = sss_dipole_Rd_placed(&profile, k, x_i, x_o, n_o);
+                    compare(&w, i, (double)g_samples.out[i][k], want, placed_bound(&profile, k, x_i, n_o, want));
+                }
+            }
+            CHECK_BELOW(w.ratio, 1.0);
+        }
+    }
+}
+
+// ---- exit factor ----
+
+static sss_dipole_exit g_exit; // of the two functions below
+
+static double exit_factor(double cos_o, double eta)
+{
+    return sss_dipole_exit_factor(cos_o, eta, g_exit);
+}
+
+static void exit_factor_is_that_of_c(void)
+{
+    static const sss_dipole_exit conventions[] = {SSS_DIPOLE_EXIT_PAPER, SSS_DIPOLE_EXIT_CONSERVING};
+    double seen[2] = {0.0, 0.0};
+    fill_cosines_and_indices();
+    for (size_t e = 0; e < 2; ++e)
+    {
+        sss_profile profile;
+        g_exit = conventions[e];
+        if (!use_material("Marble", g_exit, &profile))
+        {
+            continue;
+        }
+        for (size_t v = 0; v < VERSION_COUNT; ++v)
+        {
+            worst w = {-1.0, 0.0, 0};
+            test_about("%s, %s", e ? "conserving" : "paper", versions[v]);
+            if (!evaluate(versions[v], "vec3(sss_exit_factor(a.x))"))
+            {
+                continue;
+            }
+            for (size_t i = 0; i < COUNT; ++i)
+            {
+                const double cos_o = (double)g_samples.in[0][i][0];
+                compare(&w, i, (double)g_samples.out[i][0], exit_factor(cos_o, profile.eta),
+                        conditioned_bound(exit_factor, cos_o, profile.eta, 1.0));
+            }
+            CHECK_BELOW(w.ratio, 1.0);
+        }
+        seen[e] = (double)g_samples.out[WIDTH - 1][0]; // cos_o = 1
+    }
+    CHECK(seen[1] > 1.05 * seen[0]); // the two conventions are not one
+}
+
+// ---- tone mapping ----
+
+// The curve as documented: exposure, the filmic fit of Narkowicz 2015, the sRGB transfer function of IEC 61966-2-1.
+static double tone_map(double radiance, double exposure)
+{
+    const double x = fmax(radiance * exposure, 0.0);
+    const double y = fmin((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 1.0);
+    return y <= 0.0031308 ? 12.92 * y : 1.055 * pow(y, 1.0 / 2.4) - 0.055;
+}
+
+// A shader's pow(y, p) is exp2(p log2(y)): a rounding of log2(y) weighs as many times as log2(y) is large.
+static double tone_map_bound(double radiance, double exposure)
+{
+    const double value = tone_map(radiance, exposure);
+    const double logarithm = 1.0 + fabs(log2(fmax(value, 1e-6))) * 2.4;
+    return roundings * (0.01 + value * logarithm) +
+           fabs(tone_map(radiance * (1.0 + roundings), exposure) - tone_map(radiance * (1.0 - roundings), exposure));
+}
+
+static void tone_map_is_the_documented_curve(void)
+{
+    static const float exposures[] = {1.0f, 0.125f, 40.0f};
+    for (size_t i = 0; i < COUNT; ++i)
+    {
+        g_samples.in[0][i][0] = (float)log_between(1e-6, 1e5, (double)i / COUNT);
+        g_samples.in[0][i][1] = (float)between(0.0, 2.0, (double)i / COUNT);
+        g_samples.in[0][i][2] = (float)between(-1.0, 0.1, (double)i / COUNT); // filtered negatives do occur
+    }
+    for (size_t e = 0; e < sizeof exposures / sizeof exposures[0]; ++e)
+    {
+        g_exposure = exposures[e];
+        for (size_t v = 0; v < VERSION_COUNT; ++v)
+        {
+            worst w = {-1.0, 0.0, 0};
+            test_about("exposure %g, %s", (double)g_exposure, versions[v]);
+            if (!evaluate(versions[v], "sss_tone_map(a.xyz)"))
+            {
+                continue;
+            }
+            for (size_t i = 0; i < 3 * COUNT; ++i)
+            {
+                const double radiance = (double)g_samples.in[0][i / 3][i % 3];
+                compare(&w, i, (double)g_samples.out[i / 3][i % 3], tone_map(radiance, (double)g_exposure),
+                        tone_map_bound(radiance, (double)g_exposure));
+            }
+            test_note("largest error %.1e; worst against its bound at radiance %g", w.error,
+                      (double)g_samples.in[0][w.sample / 3][w.sample % 3]);
+            CHECK_BELOW(w.ratio, 1.0);
+        }
+    }
+    g_exposure = 1.0f;
+    CHECK_REL(tone_map(1e9, 1.0), 1.0, 0.0); // white is reached, and black is black
+    CHECK_REL(tone_map(0.0, 1.0), 0.0, 0.0);
+}
+
+int main(int argc, char **argv)
+{
+    static const test_case tests[] = {TEST(fresnel_is_that_of_c),   TEST(schlick_is_that_of_c),
+                                      TEST(an_inverted_eta_is_caught), TEST(Rd_is_that_of_c),
+                                      TEST(Rd_placed_is_that_of_c), TEST(exit_factor_is_that_of_c),
+                                      TEST(tone_map_is_the_documented_curve)};
+    char error[512] = "";
+    g_context = gl_context_create_headless(WIDTH, HEIGHT, error, sizeof error);
+    if (!g_context)
+    {
+        fprintf(stderr, "no OpenGL context: %s\n0 passed, 1 failed\n", error);
+        return 1;
+    }
+    printf("OpenGL %s\n", gl_context_description(g_context));
+    const int status = test_main(argc, argv, "glsl", tests, sizeof tests / sizeof *tests);
+    gl_context_free(g_context);
+    return status;
+}
