@@ -514,8 +514,8 @@ static void tone_map_is_the_documented_curve(void)
         }
     }
     g_exposure = 1.0f;
-    CHECK_REL(tone_map(1e9, 1.0), 1.0, 0.0); // white is reached, and black is black
-    CHECK_REL(tone_map(0.0, 1.0), 0.0, 0.0);
+    CHECK_REL((double)g_samples.out[COUNT - 1][0], 1.0, (double)FLT_EPSILON); // radiance 1e5: white is reached ...
+    CHECK_ABS((double)g_samples.out[0][2], 0.0, 0.0);                       // ... and -1 is black
 }
 
 int main(int argc, char **argv)
