@@ -505,10 +505,7 @@ static int load_scene(bake *b)
     {
         fprintf(stderr, "no --size-mm: with metres as the file's unit the object is %g mm large\n", b->size_mm);
     }
-    const sss_mesh mesh = {.positions = b->model.positions, .normals = b->model.normals,
-                           .triangles = b->model.triangles, .vertex_count = b->model.vertex_count,
-                           .triangle_count = b->model.triangle_count, .mm_per_unit = mm_per_unit};
-    b->mesh = mesh;
+    b->mesh = model_mesh(&b->model, mm_per_unit);
     measure(b);
     const size_t count = b->model.vertex_count;
     b->irradiance = malloc(3 * count * sizeof *b->irradiance);

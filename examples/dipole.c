@@ -14,10 +14,7 @@
 #include "common/shade.h"
 #include "common/threads.h"
 
-enum
-{
-    SIDE = 960 // of the picture and the window, pixels
-};
+enum { SIDE = 960 }; // of the picture and the window, pixels
 
 typedef struct scene
 {
@@ -35,12 +32,6 @@ static int fail(scene *s, const char *what, sss_result result)
 {
     snprintf(s->reason, sizeof s->reason, "%s: %s", what, sss_result_string(result));
     return -1;
-}
-
-static void parallel_for(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end), void *context)
-{
-    (void)user;
-    threads_parallel_for(threads_available(), count, task, context);
 }
 
 // The library at work: from a mesh, its size and a material to the radiosity at every vertex.
@@ -66,10 +57,8 @@ static int scatter(scene *s, const char *name, double size_mm)
         return -1;
     }
     double low[3], high[3];
-    const sss_mesh mesh = {.positions = s->m.positions, .normals = s->m.normals, .triangles = s->m.triangles,
-                           .vertex_count = n, .triangle_count = s->m.triangle_count,
-                           .mm_per_unit = size_mm / model_bounds(&s->m, low, high)};
-    const sss_hooks hooks = {.parallel_for = parallel_for};
+    const sss_mesh mesh = model_mesh(&s->m, size_mm / model_bounds(&s->m, low, high));
+    const sss_hooks hooks = {.parallel_for = threads_hook};
     result = sss_dipole_shade(&mesh, &s->profile, s->E, NULL, &hooks, s->B);
     return result == SSS_OK ? 0 : fail(s, "scattering", result);
 }

@@ -41,9 +41,7 @@ static void normalize(double v[3])
 
 static sss_result add_light(const sum *a, const sss_dipole_light *light)
 {
-    const sss_mesh mesh = {.positions = a->m->positions, .normals = a->m->normals, .triangles = a->m->triangles,
-                           .vertex_count = a->m->vertex_count, .triangle_count = a->m->triangle_count,
-                           .mm_per_unit = 1.0}; // nothing here depends on the scale
+    const sss_mesh mesh = model_mesh(a->m, 1.0); // nothing here depends on the scale
     const sss_dipole_irradiance_options options = {.eta = a->eta};
     const sss_result result = sss_dipole_irradiance(&mesh, light, 1, &options, a->sample);
     for (size_t i = 0; i < 3 * a->m->vertex_count && result == SSS_OK; ++i)

@@ -19,7 +19,6 @@
 
 #include <tiny_gltf.h>
 
-#include "../../sss_dipole.h"
 
 namespace
 {
@@ -872,6 +871,18 @@ extern "C" int model_save_glb(const char *path, const model *m, const float *col
                               size_t error_size)
 {
     return guarded(path, error_text, error_size, [&] { save_model(path, m, colors); });
+}
+
+extern "C" sss_mesh model_mesh(const model *m, double mm_per_unit)
+{
+    sss_mesh mesh = {};
+    mesh.positions = m->positions;
+    mesh.normals = m->normals;
+    mesh.triangles = m->triangles;
+    mesh.vertex_count = m->vertex_count;
+    mesh.triangle_count = m->triangle_count;
+    mesh.mm_per_unit = mm_per_unit;
+    return mesh;
 }
 
 extern "C" double model_bounds(const model *m, double low[3], double high[3])

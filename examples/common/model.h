@@ -5,6 +5,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "../../sss_dipole.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -33,6 +35,9 @@ void model_free(model *m);
 // the colours as they are.   colors [3 vertex_count]
 // Returns 0, or -1 with the reason in error_text.
 int model_save_glb(const char *path, const model *m, const float *colors, char *error_text, size_t error_size);
+
+// The model as the library takes it: a view that lives as long as the model.
+sss_mesh model_mesh(const model *m, double mm_per_unit);
 
 // The corners of the box around the vertices, and its largest extent.
 double model_bounds(const model *m, double low[3], double high[3]);

@@ -68,3 +68,8 @@ void threads_parallel_for(int thread_count, size_t count, void (*task)(void *con
     }
     pthread_mutex_destroy(&shared.lock);
 }
+
+void threads_hook(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end), void *context)
+{
+    threads_parallel_for(user ? *(const int *)user : threads_available(), count, task, context);
+}

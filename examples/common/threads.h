@@ -16,6 +16,9 @@ int threads_available(void);
 void threads_parallel_for(int thread_count, size_t count, void (*task)(void *context, size_t begin, size_t end),
                           void *context);
 
+// The same as sss_hooks.parallel_for: user points to the thread_count (int), or is NULL for all processors.
+void threads_hook(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end), void *context);
+
 #ifdef __cplusplus
 }
 #endif
