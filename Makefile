@@ -101,15 +101,15 @@ $(B)/libexamples.a: $(EXAMPLE_OBJECTS)
 $(B)/libtests.a: $(TEST_OBJECTS)
 	rm -f $@ && $(AR) rcs $@ $^
 
-# The linker is the C++ one because tinygltf is C++.
-$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libexamples.a
+# The linker is the C++ one because tinygltf is C++. Examples may measure themselves against the reference of tests/common.
+$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libexamples.a $(B)/libtests.a
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 
-$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libtests.a $(B)/libexamples.a
+$(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 
-$(CHART): $(CHART_OBJECTS) $(B)/libtests.a $(B)/libexamples.a
+$(CHART): $(CHART_OBJECTS) $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 

@@ -13,7 +13,7 @@ build="gcc g++ libc6-dev libglfw3-dev libosmesa6-dev libtinygltf-dev libcglm-dev
 demo="glmark2-data gltfpack"
 # The 32-bit libraries of the compiler are named after its version.
 gcc_version=$(gcc -dumpversion 2>/dev/null | cut -d. -f1)
-gate="clang libclang-rt-dev binutils glslang-tools xvfb xauth gnuplot-nox qemu-user gcc-mingw-w64-x86-64-win32
+gate="clang libclang-rt-dev binutils glslang-tools xvfb xauth xdotool gnuplot-nox qemu-user gcc-mingw-w64-x86-64-win32
       gcc-aarch64-linux-gnu libc6-dev-arm64-cross lib32gcc-${gcc_version:-12}-dev libc6-dev-i386"
 case $purpose in
     build) wanted=$build ;;

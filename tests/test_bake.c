@@ -1,0 +1,659 @@
+// build/bake from its command line: what it writes is what the library computes, in the promised order and size; every
+// wrong argument and hostile file ends in a message, exit status 2 and no output file.
+
+#define _POSIX_C_SOURCE 200809L // mkdir, stat, wait
+
+#define SSS_DIPOLE_IMPLEMENTATION
+#include "../sss_dipole.h"
+
+#include "../examples/common/model.h"
+#include "common/meshes.h"
+#include "common/test.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define FOLDER "build/tests/bake/"
+#define MESH FOLDER "mesh.glb"
+
+static const char scene[] = "--material marble --size-mm 10 --light 0.577,0.577,0.577 --no-shadows";
+
+// ---- running it ----
+
+static char g_said[16384]; // what the last run wrote to standard output
+static char g_complained[4096]; // and to standard error
+
+static size_t read_file(const char *path, char *out, size_t size)
+{
+    FILE *const file = fopen(path, "rb");
+    const size_t got = file ? fread(out, 1, size, file) : 0;
+    if (file)
+    {
+        fclose(file);
+    }
+    return got;
+}
+
+// Runs build/bake with these arguments; its exit status, or -1 where it crashed.
+static int bake(const char *format, ...)
+{
+    char command[4096];
+    int length = snprintf(command, sizeof command, "timeout 120 build/bake ");
+    va_list arguments;
+    va_start(arguments, format);
+    length += vsnprintf(command + length, sizeof command - (size_t)length, format, arguments);
+    va_end(arguments);
+    snprintf(command + length, sizeof command - (size_t)length, " >" FOLDER "said 2>" FOLDER "complained </dev/null");
+    const int status = system(command);
+    g_said[read_file(FOLDER "said", g_said, sizeof g_said - 1)] = '\0';
+    g_complained[read_file(FOLDER "complained", g_complained, sizeof g_complained - 1)] = '\0';
+    // A shell turns death by signal s into 128 + s; timeout turns its own into 124.
+    return WIFEXITED(status) && WEXITSTATUS(status) < 124 ? WEXITSTATUS(status) : -1;
+}
+
+static long long file_size(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) == 0 ? (long long)status.st_size : -1;
+}
+
+static int exists(const char *path)
+{
+    return file_size(path) >= 0;
+}
+
+// The number behind "key=" at the start of a line of the report; NaN where there is none.
+static double reported(const char *key)
+{
+    const size_t length = strlen(key);
+    for (const char *line = g_said; line != NULL && *line != '\0'; line = strchr(line, '\n'))
+    {
+        line += *line == '\n';
+        if (strncmp(line, key, length) == 0 && line[length] == '=')
+        {
+            return strtod(line + length + 1, NULL);
+        }
+    }
+    return (double)NAN;
+}
+
+static int has_key(const char *key)
+{
+    char text[64];
+    snprintf(text, sizeof text, "\n%s=", key);
+    return strstr(g_said, text) != NULL || strncmp(g_said, text + 1, strlen(text) - 1) == 0;
+}
+
+// Largest |a - b| over the largest |b|.
+static double difference(const float *a, const float *b, size_t count)
+{
+    double largest = 0.0, scale = 0.0;
+    for (size_t i = 0; i < count; ++i)
+    {
+        largest = fmax(largest, fabs((double)a[i] - (double)b[i]));
+        scale = fmax(scale, fabs((double)b[i]));
+    }
+    return scale > 0.0 ? largest / scale : HUGE_VAL;
+}
+
+static float *load_floats(const char *path, size_t count)
+{
+    float *const values = (float *)calloc(count, sizeof *values);
+    if (values == NULL || !CHECK_EQUAL(file_size(path), count * sizeof *values) ||
+        !CHECK(read_file(path, (char *)values, count * sizeof *values) == count * sizeof *values))
+    {
+        free(values);
+        return NULL;
+    }
+    return values;
+}
+
+// ---- results ----
+
+typedef struct expected
+{
+    model mesh;
+    sss_mesh view;
+    sss_profile profile;
+    float *E, *B; // [V][3]
+} expected;
+
+// What the library itself says of MESH in the scene above.
+static int compute_expected(expected *e)
+{
+    char error[256] = "";
+    double low[3], high[3];
+    sss_dipole_material material;
+    sss_dipole_light light;
+    sss_dipole_irradiance_options options;
+    memset(e, 0, sizeof *e);
+    memset(&light, 0, sizeof light);
+    memset(&options, 0, sizeof options);
+    if (!CHECK(model_load(MESH, &e->mesh, error, sizeof error) == 0))
+    {
+        return 0;
+    }
+    e->view.positions = e->mesh.positions;
+    e->view.normals = e->mesh.normals;
+    e->view.triangles = e->mesh.triangles;
+    e->view.vertex_count = e->mesh.vertex_count;
+    e->view.triangle_count = e->mesh.triangle_count;
+    e->view.mm_per_unit = 10.0 / model_bounds(&e->mesh, low, high);
+    e->E = (float *)calloc(3 * e->mesh.vertex_count, sizeof *e->E);
+    e->B = (float *)calloc(3 * e->mesh.vertex_count, sizeof *e->B);
+    for (int k = 0; k < 3; ++k)
+    {
+        light.direction[k] = 0.577;
+        light.color[k] = 1.0;
+    }
+    return CHECK(e->E && e->B) && CHECK_EQUAL(sss_dipole_material_by_name("marble", &material), SSS_OK) &&
+           CHECK_EQUAL(sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, &e->profile), SSS_OK) &&
+           (options.eta = material.eta, 1) &&
+           CHECK_EQUAL(sss_dipole_irradiance(&e->view, &light, 1, &options, e->E), SSS_OK) &&
+           CHECK_EQUAL(sss_dipole_shade(&e->view, &e->profile, e->E, NULL, NULL, e->B), SSS_OK);
+}
+
+static void free_expected(expected *e)
+{
+    model_free(&e->mesh);
+    free(e->E);
+    free(e->B);
+}
+
+static void dumps_are_what_the_library_computes(void)
+{
+    expected e;
+    if (compute_expected(&e) &&
+        CHECK_EQUAL(bake(MESH " %s --tolerance 0.001 --dump " FOLDER "B.f32 --dump-irradiance " FOLDER "E.f32", scene), 0))
+    {
+        const size_t count = 3 * e.mesh.vertex_count;
+        float *const B = load_floats(FOLDER "B.f32", count), *const E = load_floats(FOLDER "E.f32", count);
+        if (CHECK(B != NULL && E != NULL))
+        {
+            CHECK_BELOW(difference(E, e.E, count), 1e-6); // float32 all the way
+            CHECK_BELOW(difference(B, e.B, count), 1e-6);
+            CHECK(difference(B, E, count) > 0.1); // and they are not one another
+        }
+        free(B);
+        free(E);
+    }
+    free_expected(&e);
+}
+
+static void irradiance_may_come_from_a_file(void)
+{
+    expected e;
+    if (compute_expected(&e) && CHECK_EQUAL(bake(MESH " %s --dump-irradiance " FOLDER "E.f32 --dump " FOLDER "B1.f32", scene), 0) &&
+        CHECK_EQUAL(bake(MESH " --material marble --size-mm 10 --irradiance " FOLDER "E.f32 --dump " FOLDER "B2.f32"), 0))
+    {
+        const size_t count = 3 * e.mesh.vertex_count;
+        float *const one = load_floats(FOLDER "B1.f32", count), *const two = load_floats(FOLDER "B2.f32", count);
+        if (CHECK(one != NULL && two != NULL))
+        {
+            CHECK(memcmp(one, two, count * sizeof *one) == 0);
+        }
+        free(one);
+        free(two);
+    }
+    free_expected(&e);
+}
+
+static void mesh_keeps_its_order_and_carries_the_radiosity(void)
+{
+    static char bytes[1 << 22];
+    expected e;
+    model out;
+    char error[256] = "";
+    memset(&out, 0, sizeof out);
+    if (compute_expected(&e) && CHECK_EQUAL(bake(MESH " %s --out " FOLDER "out.glb --dump " FOLDER "B.f32", scene), 0) &&
+        CHECK(model_load(FOLDER "out.glb", &out, error, sizeof error) == 0) &&
+        CHECK_EQUAL(out.vertex_count, e.mesh.vertex_count) && CHECK_EQUAL(out.triangle_count, e.mesh.triangle_count))
+    {
+        const size_t count = 3 * out.vertex_count, size = read_file(FOLDER "out.glb", bytes, sizeof bytes);
+        float *const B = load_floats(FOLDER "B.f32", count);
+        int found = 0;
+        CHECK(memcmp(out.positions, e.mesh.positions, count * sizeof(float)) == 0);
+        CHECK(memcmp(out.triangles, e.mesh.triangles, 3 * out.triangle_count * sizeof(uint32_t)) == 0);
+        // COLOR_0, float and linear: the dump's bytes lie in the file's binary chunk.
+        for (size_t i = 0; B && i + count * sizeof *B <= size && !found; i += 4)
+        {
+            found = memcmp(bytes + i, B, count * sizeof *B) == 0;
+        }
+        CHECK(found);
+        bytes[size < sizeof bytes ? size : sizeof bytes - 1] = '\0';
+        CHECK(strncmp(bytes, "glTF", 4) == 0 && strstr(bytes + 20, "\"COLOR_0\"") != NULL);
+        free(B);
+    }
+    model_free(&out);
+    free_expected(&e);
+}
+
+static void methods_and_geometries_differ_as_they_should(void)
+{
+    expected e;
+    if (compute_expected(&e) &&
+        CHECK_EQUAL(bake(MESH " %s --method lambert --dump " FOLDER "lambert.f32", scene), 0) &&
+        CHECK_EQUAL(bake(MESH " %s --method direct --geometry placed --dump " FOLDER "placed.f32", scene), 0))
+    {
+        const size_t count = 3 * e.mesh.vertex_count;
+        float *const lambert = load_floats(FOLDER "lambert.f32", count), *const placed = load_floats(FOLDER "placed.f32", count);
+        if (CHECK(lambert && placed))
+        {
+            double worst = 0.0, scale = 0.0;
+            size_t moved = 0, far = 0;
+            for (size_t i = 0; i < count; ++i)
+            {
+                const double want = sss_dipole_total(&e.profile, (int)(i % 3)) * (double)e.E[i];
+                worst = fmax(worst, fabs((double)lambert[i] - want));
+                scale = fmax(scale, (double)e.B[i]);
+            }
+            CHECK_BELOW(worst, 1e-6);
+            // Most values move a little; a few move far, where a placed source meets another part of the surface.
+            for (size_t i = 0; i < count; ++i)
+            {
+                moved += fabs((double)placed[i] - (double)e.B[i]) > 1e-3 * scale;
+                far += fabs((double)placed[i] - (double)e.B[i]) > 0.5 * scale;
+            }
+            CHECK_BETWEEN((double)moved / (double)count, 0.5, 1.0);
+            CHECK_BETWEEN((double)far / (double)count, 0.0, 0.1);
+        }
+        free(lambert);
+        free(placed);
+    }
+    free_expected(&e);
+}
+
+static void threads_change_nothing(void)
+{
+    char one[1 << 16], three[1 << 16];
+    if (CHECK_EQUAL(bake(MESH " %s --threads 1 --dump " FOLDER "B1.f32", scene), 0) &&
+        CHECK_EQUAL(bake(MESH " %s --threads 3 --dump " FOLDER "B3.f32", scene), 0))
+    {
+        const size_t size = read_file(FOLDER "B1.f32", one, sizeof one);
+        CHECK(size > 100 && size == read_file(FOLDER "B3.f32", three, sizeof three) && memcmp(one, three, size) == 0);
+    }
+}
+
+static void materials_may_be_given_in_three_ways(void)
+{   // Marble in Jensen et al. 2001, by name and by its coefficients; and the same through albedo and mean free path.
+    static const char rest[] = "--size-mm 10 --light 0.577,0.577,0.577 --no-shadows --report";
+    static const char *const keys[] = {"sigma_s", "sigma_a", "eta"};
+    double named[3], albedo = 0.0, mfp = 0.0;
+    if (CHECK_EQUAL(bake(MESH " --material Marble %s", rest), 0))
+    {
+        for (int i = 0; i < 3; ++i)
+        {
+            named[i] = reported(keys[i]);
+        }
+        albedo = reported("albedo");
+        mfp = reported("mfp_mm");
+        CHECK_REL(named[0], 2.19, 1e-9);
+        CHECK_REL(named[1], 0.0021, 1e-9);
+    }
+    if (CHECK_EQUAL(bake(MESH " --sigma-s 2.19,2.62,3.00 --sigma-a .0021,.0041,.0071 --eta 1.5 %s", rest), 0))
+    {
+        CHECK_REL(reported("albedo"), albedo, 1e-7);
+        CHECK_REL(reported("mfp_mm"), mfp, 1e-7);
+    }
+    if (CHECK_EQUAL(bake(MESH " --albedo %.9g --mfp %.9g --eta 1.5 %s", albedo, mfp, rest), 0))
+    {
+        CHECK_REL(reported("sigma_s"), 2.19, 1e-6); // nine digits went in
+        CHECK_REL(reported("sigma_a"), 0.0021, 1e-5);
+    }
+}
+
+static void report_names_everything(void)
+{
+    static const char *const keys[] = {"vertices", "triangles", "mm_per_unit", "method", "precompute_s", "frame_ms",
+                                       "bytes", "predicted_error", "sigma_s", "sigma_a", "eta", "threads", "tolerance",
+                                       "reference_receivers", "rel_l2", "rel_max", "reference_error"};
+    char error[256] = "";
+    model m;
+    if (!CHECK_EQUAL(bake(MESH " %s --report --reference 12", scene), 0) ||
+        !CHECK(model_load(MESH, &m, error, sizeof error) == 0))
+    {
+        return;
+    }
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; ++i)
+    {
+        test_about("%s", keys[i]);
+        CHECK(has_key(keys[i]));
+    }
+    test_about(NULL);
+    CHECK_EQUAL(reported("vertices"), m.vertex_count);
+    CHECK_EQUAL(reported("triangles"), m.triangle_count);
+    CHECK_EQUAL(reported("reference_receivers"), 12);
+    CHECK_BETWEEN(reported("frame_ms"), 1e-3, 1e5);
+    CHECK_BELOW(reported("rel_l2"), 1e-3); // the default tolerance
+    CHECK_BELOW(reported("reference_error"), 1e-5);
+    for (const char *line = g_said; *line != '\0';)
+    {
+        const char *const end = strchr(line, '\n');
+        if (!CHECK(end != NULL && memchr(line, '=', (size_t)(end - line)) != NULL))
+        {
+            break;
+        }
+        line = end + 1;
+    }
+    model_free(&m);
+}
+
+static void picture_is_a_png_of_the_asked_size(void)
+{
+    unsigned char head[24];
+    static const unsigned char signature[8] = {137, 'P', 'N', 'G', 13, 10, 26, 10};
+    if (CHECK_EQUAL(bake(MESH " %s --png " FOLDER "picture.png --resolution 200x120", scene), 0))
+    {
+        CHECK_EQUAL(read_file(FOLDER "picture.png", (char *)head, sizeof head), sizeof head);
+        CHECK(memcmp(head, signature, sizeof signature) == 0);
+        CHECK_EQUAL(256 * head[18] + head[19], 200);
+        CHECK_EQUAL(256 * head[22] + head[23], 120);
+        CHECK_BETWEEN((double)file_size(FOLDER "picture.png"), 4000.0, 100000.0); // a single colour takes far less
+    }
+}
+
+static void help_names_every_option(void)
+{
+    static const char *const wanted[] = {"--method", "--material", "--size-mm", "--light", "--out", "--png", "--dump",
+                                         "--sigma-s", "--sigma-a", "--eta", "--albedo", "--mfp", "--no-shadows",
+                                         "--irradiance", "--dump-irradiance", "--tolerance", "--threads", "--camera",
+                                         "--report", "--reference", "direct", "lambert"};
+    CHECK_EQUAL(bake("--help"), 0);
+    for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; ++i)
+    {
+        test_about("%s", wanted[i]);
+        CHECK(strstr(g_said, wanted[i]) != NULL);
+    }
+}
+
+// ---- refusals ----
+
+// Exit status 2, a line on standard error, nothing on standard output, no output file.
+static void refuse(const char *what, const char *arguments)
+{
+    char all[3072];
+    test_about("%s", what);
+    remove(FOLDER "no.glb");
+    remove(FOLDER "no.png");
+    remove(FOLDER "no.f32");
+    snprintf(all, sizeof all, "%s --out " FOLDER "no.glb --png " FOLDER "no.png --dump " FOLDER "no.f32", arguments);
+    CHECK_EQUAL(bake("%s", all), 2);
+    CHECK(strlen(g_complained) > 10 && strchr(g_complained, '\n') != NULL && g_said[0] == '\0');
+    CHECK(!exists(FOLDER "no.glb") && !exists(FOLDER "no.png") && !exists(FOLDER "no.f32"));
+}
+
+static void wrong_arguments_are_refused(void)
+{
+    static const char *const wrong[][2] = {
+        {"nothing at all", ""},
+        {"no such file", FOLDER "absent.glb --material marble --size-mm 10 --light 0,0,1"},
+        {"a folder", FOLDER " --material marble --size-mm 10 --light 0,0,1"},
+        {"no material", MESH " --size-mm 10 --light 0,0,1"},
+        {"unknown material", MESH " --material plywood --size-mm 10 --light 0,0,1"},
+        {"two materials", MESH " --material marble --albedo .5,.5,.5 --mfp 1,1,1 --size-mm 10 --light 0,0,1"},
+        {"half a material", MESH " --sigma-s 1,1,1 --size-mm 10 --light 0,0,1"},
+        {"half a material", MESH " --mfp 1,1,1 --size-mm 10 --light 0,0,1"},
+        {"no light", MESH " --material marble --size-mm 10"},
+        {"light without direction", MESH " --material marble --size-mm 10 --light 0,0,0"},
+        {"light of two numbers", MESH " --material marble --size-mm 10 --light 0,1"},
+        {"light that is no number", MESH " --material marble --size-mm 10 --light 0,0,nan"},
+        {"size 0", MESH " --material marble --size-mm 0 --light 0,0,1"},
+        {"size -1", MESH " --material marble --size-mm -1 --light 0,0,1"},
+        {"size with a tail", MESH " --material marble --size-mm 10mm --light 0,0,1"},
+        {"size infinite", MESH " --material marble --size-mm inf --light 0,0,1"},
+        {"albedo above 1", MESH " --albedo 1.1,.5,.5 --mfp 1,1,1 --size-mm 10 --light 0,0,1"},
+        {"mean free path 0", MESH " --albedo .5,.5,.5 --mfp 0,1,1 --size-mm 10 --light 0,0,1"},
+        {"negative scattering", MESH " --sigma-s -1,1,1 --sigma-a 0,0,0 --size-mm 10 --light 0,0,1"},
+        {"eta 0", MESH " --material marble --eta 0 --size-mm 10 --light 0,0,1"},
+        {"unknown method", MESH " --material marble --size-mm 10 --light 0,0,1 --method magic"},
+        {"unknown option", MESH " --material marble --size-mm 10 --light 0,0,1 --frobnicate 3"},
+        {"option without value", MESH " --material marble --light 0,0,1 --size-mm"},
+        {"no threads", MESH " --material marble --size-mm 10 --light 0,0,1 --threads 0"},
+        {"threads no number", MESH " --material marble --size-mm 10 --light 0,0,1 --threads two"},
+        {"tolerance 0", MESH " --material marble --size-mm 10 --light 0,0,1 --tolerance 0"},
+        {"tolerance 2", MESH " --material marble --size-mm 10 --light 0,0,1 --tolerance 2"},
+        {"reference of none", MESH " --material marble --size-mm 10 --light 0,0,1 --reference 0"},
+        {"two input files", MESH " " MESH " --material marble --size-mm 10 --light 0,0,1"},
+        {"irradiance absent", MESH " --material marble --size-mm 10 --irradiance " FOLDER "absent.f32"},
+        {"irradiance of another size", MESH " --material marble --size-mm 10 --irradiance " FOLDER "short.f32"},
+        {"irradiance not finite", MESH " --material marble --size-mm 10 --irradiance " FOLDER "nan.f32"},
+        {"camera of one number", MESH " --material marble --size-mm 10 --light 0,0,1 --camera 3"},
+        {"picture of no size", MESH " --material marble --size-mm 10 --light 0,0,1 --resolution 0x0"}};
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; ++i)
+    {
+        refuse(wrong[i][0], wrong[i][1]);
+    }
+}
+
+static void an_output_that_cannot_be_written_leaves_none(void)
+{
+    remove(FOLDER "no.f32");
+    CHECK_EQUAL(bake(MESH " %s --dump " FOLDER "no.f32 --out " FOLDER "absent/no.glb", scene), 2);
+    CHECK(!exists(FOLDER "no.f32") && strlen(g_complained) > 10);
+}
+
+// ---- files ----
+
+static int write_file(const char *path, const void *bytes, size_t size)
+{
+    FILE *const file = fopen(path, "wb");
+    const size_t written = file ? fwrite(bytes, 1, size, file) : 0;
+    return file && fclose(file) == 0 && written == size;
+}
+
+// A tetrahedron's four corners as floats, then its indices as 8, 16 and 32 bits, in shape.bin.
+static int write_shape(void)
+{
+    static const float corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+    static const unsigned char triangles[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    unsigned char bytes[48 + 12 + 24 + 48];
+    memcpy(bytes, corners, 48);
+    memcpy(bytes + 48, triangles, 12);
+    for (size_t i = 0; i < 12; ++i)
+    {
+        const uint16_t small = triangles[i];
+        const uint32_t large = triangles[i];
+        memcpy(bytes + 60 + 2 * i, &small, 2);
+        memcpy(bytes + 84 + 4 * i, &large, 4);
+    }
+    return write_file(FOLDER "shape.bin", bytes, sizeof bytes);
+}
+
+// A glTF scene on shape.bin with these parts of its JSON.
+static int write_scene(const char *nodes, const char *primitives, const char *accessor)
+{
+    char text[4096];
+    const int length = snprintf(text, sizeof text,
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[%s],"
+        "\"meshes\":[{\"primitives\":[%s]}],\"buffers\":[{\"uri\":\"shape.bin\",\"byteLength\":132}],"
+        "\"bufferViews\":[{\"buffer\":0,\"byteOffset\":0,\"byteLength\":48},"
+        "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":12},{\"buffer\":0,\"byteOffset\":60,\"byteLength\":24},"
+        "{\"buffer\":0,\"byteOffset\":84,\"byteLength\":48}],"
+        "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+        "{\"bufferView\":1,\"componentType\":5121,\"count\":12,\"type\":\"SCALAR\"},"
+        "{\"bufferView\":2,\"componentType\":5123,\"count\":12,\"type\":\"SCALAR\"},"
+        "{\"bufferView\":3,\"componentType\":5125,\"count\":12,\"type\":\"SCALAR\"}%s]}",
+        nodes, primitives, accessor);
+    return length > 0 && (size_t)length < sizeof text && write_file(FOLDER "scene.gltf", text, (size_t)length);
+}
+
+#define PLAIN "{\"mesh\":0}"
+#define POSITION "{\"attributes\":{\"POSITION\":0}"
+
+static void every_way_to_write_a_mesh_is_read(void)
+{
+    static const struct
+    {
+        const char *what, *nodes, *primitives;
+        int vertices, triangles;
+        double extent; // of the file's unit
+    } forms[] = {
+        {"8-bit indices", PLAIN, POSITION ",\"indices\":1}", 4, 4, 1.0},
+        {"16-bit indices", PLAIN, POSITION ",\"indices\":2}", 4, 4, 1.0},
+        {"32-bit indices", PLAIN, POSITION ",\"indices\":3}", 4, 4, 1.0},
+        {"no indices", PLAIN, POSITION "}", 4, 1, 1.0},
+        {"a strip", PLAIN, POSITION ",\"mode\":5}", 4, 2, 1.0},
+        {"a fan", PLAIN, POSITION ",\"mode\":6}", 4, 2, 1.0},
+        {"a scaled node", "{\"mesh\":0,\"scale\":[3,1,1]}", POSITION ",\"indices\":1}", 4, 4, 3.0},
+        {"nested nodes", "{\"children\":[1],\"scale\":[2,2,2]},{\"mesh\":0,\"scale\":[3,1,1]}", POSITION ",\"indices\":1}",
+         4, 4, 6.0},
+        {"a matrix", "{\"mesh\":0,\"matrix\":[5,0,0,0,0,1,0,0,0,0,1,0,7,0,0,1]}", POSITION ",\"indices\":1}", 4, 4, 5.0},
+        {"two nodes", "{\"mesh\":0,\"children\":[1]},{\"mesh\":0,\"translation\":[9,0,0]}", POSITION ",\"indices\":1}", 8, 8,
+         10.0}};
+    CHECK(write_shape());
+    for (size_t i = 0; i < sizeof forms / sizeof forms[0]; ++i)
+    {
+        test_about("%s", forms[i].what);
+        CHECK(write_scene(forms[i].nodes, forms[i].primitives, ""));
+        CHECK_EQUAL(bake(FOLDER "scene.gltf --material marble --mm-per-unit 2 --light 0,0,1 --report --dump " FOLDER "B.f32"), 0);
+        CHECK_EQUAL(reported("vertices"), forms[i].vertices);
+        CHECK_EQUAL(reported("triangles"), forms[i].triangles);
+        CHECK_REL(reported("size_mm"), 2.0 * forms[i].extent, 1e-6);
+        CHECK_EQUAL(file_size(FOLDER "B.f32"), 12 * forms[i].vertices);
+    }
+}
+
+static void hostile_scenes_are_refused(void)
+{
+    static const struct
+    {
+        const char *what, *nodes, *primitives, *accessor;
+    } hostile[] = {
+        {"points only", PLAIN, POSITION ",\"mode\":0}", ""},
+        {"lines only", PLAIN, POSITION ",\"mode\":1,\"indices\":1}", ""},
+        {"no primitive", PLAIN, "", ""},
+        {"a node without mesh", "{}", POSITION "}", ""},
+        {"a mesh that is not there", "{\"mesh\":7}", POSITION "}", ""},
+        {"a node that is its own child", "{\"mesh\":0,\"children\":[0]}", POSITION "}", ""},
+        {"a child that is not there", "{\"mesh\":0,\"children\":[99]}", POSITION "}", ""},
+        {"an accessor that is not there", PLAIN, "{\"attributes\":{\"POSITION\":44}}", ""},
+        {"a negative accessor", PLAIN, "{\"attributes\":{\"POSITION\":-3}}", ""},
+        {"no positions", PLAIN, "{\"attributes\":{}}", ""},
+        {"indices as positions", PLAIN, "{\"attributes\":{\"POSITION\":3}}", ""},
+        {"positions as indices", PLAIN, POSITION ",\"indices\":0}", ""},
+        {"an index out of range", PLAIN, POSITION ",\"indices\":4}",
+         ",{\"bufferView\":0,\"componentType\":5121,\"count\":48,\"type\":\"SCALAR\"}"},
+        {"a count beyond the buffer", PLAIN, "{\"attributes\":{\"POSITION\":4}}",
+         ",{\"bufferView\":0,\"componentType\":5126,\"count\":400000000,\"type\":\"VEC3\"}"},
+        {"an offset beyond the buffer", PLAIN, "{\"attributes\":{\"POSITION\":4}}",
+         ",{\"bufferView\":0,\"byteOffset\":4294967280,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}"},
+        {"a misaligned end", PLAIN, "{\"attributes\":{\"POSITION\":4}}",
+         ",{\"bufferView\":0,\"byteOffset\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}"},
+        {"a buffer view that is not there", PLAIN, "{\"attributes\":{\"POSITION\":4}}",
+         ",{\"bufferView\":77,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}"},
+        {"a scale of zero", "{\"mesh\":0,\"scale\":[0,0,0]}", POSITION ",\"indices\":1}", ""},
+        {"a scale beyond float", "{\"mesh\":0,\"scale\":[1e300,1,1]}", POSITION ",\"indices\":1}", ""}};
+    CHECK(write_shape());
+    for (size_t i = 0; i < sizeof hostile / sizeof hostile[0]; ++i)
+    {
+        CHECK(write_scene(hostile[i].nodes, hostile[i].primitives, hostile[i].accessor));
+        refuse(hostile[i].what, FOLDER "scene.gltf --material marble --size-mm 10 --light 0,0,1");
+    }
+    CHECK(write_file(FOLDER "scene.gltf", "", 0));
+    refuse("an empty file", FOLDER "scene.gltf --material marble --size-mm 10 --light 0,0,1");
+    CHECK(write_file(FOLDER "scene.gltf", "no glTF\n", 8));
+    refuse("a text file", FOLDER "scene.gltf --material marble --size-mm 10 --light 0,0,1");
+    CHECK(write_file(FOLDER "scene.glb", "glTF\2\0\0\0\377\377\377\377\377\377\377\377JSON", 20));
+    refuse("a container with enormous sizes", FOLDER "scene.glb --material marble --size-mm 10 --light 0,0,1");
+}
+
+// Cut short anywhere, or with a byte changed anywhere: it bakes or refuses, but does neither crash nor hang.
+static void damaged_files_do_no_harm(void)
+{
+    static char bytes[1 << 20];
+    const size_t size = read_file(MESH, bytes, sizeof bytes);
+    const size_t json = 20 + (size_t)(unsigned char)bytes[12] + 256 * (size_t)(unsigned char)bytes[13];
+    uint32_t random = 2463534242u;
+    int harmed = 0, refused = 0, baked = 0;
+    if (!CHECK(size > 1000 && size < sizeof bytes && json < size))
+    {
+        return;
+    }
+    for (size_t i = 0; i < 240; ++i)
+    {
+        const int cut = i % 4 == 0;
+        random ^= random << 13, random ^= random >> 17, random ^= random << 5; // Marsaglia's xorshift
+        const size_t where = i % 2 ? random % json : random % size; // the JSON is the delicate part
+        const char kept = bytes[where];
+        bytes[where] = (char)(random >> 24);
+        CHECK(write_file(FOLDER "damaged.glb", bytes, cut ? where : size));
+        bytes[where] = kept;
+        const int status = bake(FOLDER "damaged.glb --method lambert --material marble --size-mm 10 --light 0,0,1 "
+                                "--no-shadows --dump " FOLDER "B.f32");
+        baked += status == 0;
+        refused += status == 2;
+        if (status != 0 && status != 2)
+        {
+            ++harmed;
+            test_note("status %d with byte %zu of %zu %s", status, where, size, cut ? "the end" : "changed");
+        }
+    }
+    test_note("%d refused, %d baked all the same", refused, baked);
+    CHECK_EQUAL(harmed, 0);
+    CHECK(refused > 60); // a file cut short at the least
+}
+
+// ---- set-up ----
+
+// The bunny thinned to some two thousand triangles, and two files that are no irradiance for it.
+static int write_inputs(void)
+{
+    mesh_data bunny, small;
+    model m;
+    char error[256] = "";
+    static const float short_irradiance[3] = {1.0f, 1.0f, 1.0f};
+    mkdir("build", 0777);
+    mkdir("build/tests", 0777);
+    mkdir("build/tests/bake", 0777);
+    if (mesh_load_bunny(&bunny) != 0 || mesh_decimate(&bunny, 35.0, &small) != 0)
+    {
+        return 0;
+    }
+    m.positions = small.positions;
+    m.normals = small.normals;
+    m.triangles = small.triangles;
+    m.vertex_count = small.vertex_count;
+    m.triangle_count = small.triangle_count;
+    float *const colors = (float *)calloc(3 * m.vertex_count, sizeof *colors);
+    int done = colors && model_save_glb(MESH, &m, colors, error, sizeof error) == 0;
+    if (done)
+    {
+        colors[7] = (float)NAN;
+        done = write_file(FOLDER "nan.f32", colors, 3 * m.vertex_count * sizeof *colors) &&
+               write_file(FOLDER "short.f32", short_irradiance, sizeof short_irradiance);
+    }
+    free(colors);
+    mesh_free(&bunny);
+    mesh_free(&small);
+    return done;
+}
+
+int main(int argc, char **argv)
+{
+    static const test_case tests[] = {TEST(dumps_are_what_the_library_computes),
+                                      TEST(irradiance_may_come_from_a_file),
+                                      TEST(mesh_keeps_its_order_and_carries_the_radiosity),
+                                      TEST(methods_and_geometries_differ_as_they_should),
+                                      TEST(threads_change_nothing),
+                                      TEST(materials_may_be_given_in_three_ways),
+                                      TEST(report_names_everything),
+                                      TEST(picture_is_a_png_of_the_asked_size),
+                                      TEST(help_names_every_option),
+                                      TEST(wrong_arguments_are_refused),
+                                      TEST(an_output_that_cannot_be_written_leaves_none),
+                                      TEST(every_way_to_write_a_mesh_is_read),
+                                      TEST(hostile_scenes_are_refused),
+                                      TEST(damaged_files_do_no_harm)};
+    if (!write_inputs())
+    {
+        fprintf(stderr, "cannot write the inputs to " FOLDER "\n0 passed, 1 failed\n");
+        return 1;
+    }
+    return test_main(argc, argv, "bake", tests, sizeof tests / sizeof *tests);
+}
