@@ -2018,11 +2018,11 @@ SSS_DIPOLE__AVX2 static inline __m256 sss_dipole__placed_avx2(const sss_dipole__
         sss_dipole__lookup_avx2(m->table[3 + i], sss_dipole__place_avx2(m, _mm256_fmadd_ps(h_v, h_v, t2))));
 }
 
-SSS_DIPOLE__AVX2 static double sss_dipole__sum_avx2(__m256 v)
+SSS_DIPOLE__AVX2 static inline double sss_dipole__sum_avx2(__m256 v)
 {
-    float lane[8];
-    _mm256_storeu_ps(lane, v);
-    return (double)((lane[0] + lane[4]) + (lane[2] + lane[6])) + (double)((lane[1] + lane[5]) + (lane[3] + lane[7]));
+    const __m128 four = _mm_add_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
+    const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+    return (double)_mm_cvtss_f32(_mm_add_ss(two, _mm_shuffle_ps(two, two, 1)));
 }
 
 SSS_DIPOLE__AVX2 static void sss_dipole__kernel_avx2(const sss_dipole__model *m, const sss_dipole__samples *samples,
@@ -2116,17 +2116,13 @@ SSS_DIPOLE__AVX512 static inline __m512 sss_dipole__placed_avx512(const sss_dipo
         sss_dipole__lookup_avx512(m->table[3 + i], sss_dipole__place_avx512(m, _mm512_fmadd_ps(h_v, h_v, t2))));
 }
 
-SSS_DIPOLE__AVX512 static double sss_dipole__sum_avx512(__m512 v)
+SSS_DIPOLE__AVX512 static inline double sss_dipole__sum_avx512(__m512 v)
 {
-    float lane[16];
-    double sum = 0.0;
-    int i;
-    _mm512_storeu_ps(lane, v);
-    for (i = 0; i < 8; i++)
-    {
-        sum += (double)(lane[i] + lane[i + 8]);
-    }
-    return sum;
+    const __m256 eight = _mm256_add_ps(_mm512_maskz_extractf32x8_ps(SSS_DIPOLE__ALL8, v, 0),
+                                       _mm512_maskz_extractf32x8_ps(SSS_DIPOLE__ALL8, v, 1));
+    const __m128 four = _mm_add_ps(_mm256_castps256_ps128(eight), _mm256_extractf128_ps(eight, 1));
+    const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+    return (double)_mm_cvtss_f32(_mm_add_ss(two, _mm_shuffle_ps(two, two, 1)));
 }
 
 SSS_DIPOLE__AVX512 static void sss_dipole__kernel_avx512(const sss_dipole__model *m,
@@ -2935,7 +2931,6 @@ static sss_result sss_dipole__resolve_options(const sss_profile *profile, const 
 static sss_result sss_dipole__build(const sss_dipole__emitters *e, const sss_profile *profile,
                                     sss_dipole_gather *draft, sss_dipole_gather **out)
 {
-    const size_t table_stride = 1;
     sss_dipole__key *keys = NULL;
     sss_dipole_gather *g;
     size_t header, bytes, table_floats = 0;
@@ -2950,8 +2945,8 @@ static sss_result sss_dipole__build(const sss_dipole__emitters *e, const sss_pro
     if (draft->stats.path != SSS_DIPOLE_PATH_SCALAR)
     {
         table_count = sss_dipole__plan_tables(&draft->model);
-        table_floats = (size_t)table_count * (draft->model.size + table_stride);
-        draft->stats.table_entries = draft->model.size + table_stride;
+        table_floats = (size_t)table_count * (draft->model.size + 1);
+        draft->stats.table_entries = draft->model.size + 1;
     }
     keys = (sss_dipole__key *)sss_dipole__allocate(&draft->hooks, 2 * e->count * sizeof *keys);
     if (keys == NULL)
@@ -3122,6 +3117,14 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_set_irradiance(sss_dipole_gather *ga
 
 // ---- 5.4 Gathering ----
 
+// Near samples waiting to be evaluated.
+typedef struct sss_dipole__buffer
+{
+    size_t count;
+    float value[6][SSS_DIPOLE__BUFFER];
+    sss_dipole__samples samples; // points into value
+} sss_dipole__buffer;
+
 // One receiver at work: where it is, its sources, and near samples waiting to be evaluated. Near samples are
 // relative to the receiver, so that they keep their digits however close they are.
 typedef struct sss_dipole__worker
@@ -3130,15 +3133,14 @@ typedef struct sss_dipole__worker
     sss_dipole__kernel kernel;
     double receiver[6];       // position and normal, in diagonals
     double origin[6];         // the receiver seen from itself: 0, and its normal
-    size_t waiting;
-    float buffer[6][SSS_DIPOLE__BUFFER];
-    sss_dipole__samples samples;
+    sss_dipole__buffer *buffer; // shared by the receivers of a tile, empty between two of them
     double sum[3];
 } sss_dipole__worker;
 
 static void sss_dipole__flush(sss_dipole__worker *w)
 {
-    size_t end = w->waiting;
+    sss_dipole__buffer *b = w->buffer;
+    size_t end = b->count;
     int i;
     if (end == 0)
     {
@@ -3148,66 +3150,85 @@ static void sss_dipole__flush(sss_dipole__worker *w)
     {
         for (i = 0; i < 6; i++)
         {
-            w->buffer[i][end] = i < 3 ? w->buffer[i][end - 1] : 0.0f;
+            b->value[i][end] = i < 3 ? b->value[i][end - 1] : 0.0f;
         }
     }
-    w->kernel(&w->g->model, &w->samples, 0, end, w->origin, w->sum);
-    w->waiting = 0;
+    w->kernel(&w->g->model, &b->samples, 0, end, w->origin, w->sum);
+    b->count = 0;
 }
 
 // A lower bound of the distance from any source to a ball around `point` (relative to the receiver), and whether
-// the ball comes so close to a source that only the scalar path holds there. The sources lie on the normal.
+// the ball comes so close to a source that only the scalar path holds there. The sources lie on the normal;
+// *along tells where the nearest one does.
 static double sss_dipole__source_distance(const sss_dipole__worker *w, const double point[3], double radius,
-                                          int *close)
+                                          int *close, double *along)
 {
     const sss_dipole__model *m = &w->g->model;
     const double height = sss_dipole__dot(point, w->receiver + 3);
     const double t2 = sss_dipole__max(0.0, sss_dipole__dot(point, point) - height * height);
     double nearest2 = HUGE_VAL;
-    int i;
+    int k;
     *close = 0;
-    for (i = 0; i < 3; i++)
+    *along = 0.0;
+    for (k = 0; k < 6; k++)
     {
-        if (m->a[i] > 0.0)
+        const double z = m->z[k / 3][k % 3], at = k < 3 ? -z : z, reach = SSS_DIPOLE__CLOSE * z + radius;
+        const double s2 = t2 + (height - at) * (height - at);
+        if (m->a[k % 3] > 0.0)
         {
-            const double z_r = m->z[0][i], z_v = m->z[1][i];
-            const double s2_r = t2 + (height + z_r) * (height + z_r), s2_v = t2 + (height - z_v) * (height - z_v);
-            const double close_r = SSS_DIPOLE__CLOSE * z_r + radius, close_v = SSS_DIPOLE__CLOSE * z_v + radius;
-            nearest2 = sss_dipole__min(nearest2, sss_dipole__min(s2_r, s2_v));
-            *close |= s2_r < close_r * close_r || s2_v < close_v * close_v;
+            *along = s2 < nearest2 ? at : *along;
+            nearest2 = sss_dipole__min(nearest2, s2);
+            *close |= s2 < reach * reach;
         }
     }
     return sss_dipole__max(0.0, sqrt(nearest2) - radius);
 }
 
+// The same for a flat piece of radius `radius` in the plane through c with unit normal `plane`: the nearest
+// source's height over the plane counts in full, only its distance along the plane may shrink by the radius.
+static double sss_dipole__flat_distance(const sss_dipole__worker *w, const double c[3], double radius,
+                                        const double plane[3], int *close)
+{
+    double along, d[3], height, t;
+    int i;
+    const double s = sss_dipole__source_distance(w, c, radius, close, &along);
+    for (i = 0; i < 3; i++)
+    {
+        d[i] = c[i] - along * w->receiver[3 + i];
+    }
+    height = sss_dipole__dot(d, plane);
+    t = sqrt(sss_dipole__max(0.0, sss_dipole__dot(d, d) - height * height)) - radius;
+    return sss_dipole__max(s, sqrt(height * height + (t > 0.0 ? t * t : 0.0)));
+}
+
 static void sss_dipole__push(sss_dipole__worker *w, const double x[3], const double E_A[3], int close)
 {
+    sss_dipole__buffer *b = w->buffer;
+    size_t slot;
     int i;
-    if (w->waiting == SSS_DIPOLE__BUFFER)
+    if (b->count == SSS_DIPOLE__BUFFER)
     {
         sss_dipole__flush(w);
     }
+    slot = b->count;
     for (i = 0; i < 3; i++)
     {
-        w->buffer[i][w->waiting] = (float)x[i];
-        w->buffer[3 + i][w->waiting] = (float)E_A[i];
+        b->value[i][slot] = (float)x[i];
+        b->value[3 + i][slot] = (float)E_A[i];
     }
-    w->waiting++;
-    if (close) // evaluate this one by the scalar kernel: move it out of the buffer
+    if (close) // evaluate this one at once and leave its slot free
     {
-        sss_dipole__samples one;
-        for (i = 0; i < 6; i++)
-        {
-            one.p[i] = &w->buffer[i][w->waiting - 1];
-        }
-        sss_dipole__kernel_scalar(&w->g->model, &one, 0, 1, w->origin, w->sum);
-        w->waiting--;
+        sss_dipole__kernel_scalar(&w->g->model, &b->samples, slot, slot + 1, w->origin, w->sum);
+        return;
     }
+    b->count++;
 }
 
-// Integrates a near triangle with linear irradiance: corners relative to the receiver, E at them, area A.
+// Integrates a near triangle with linear irradiance: corners relative to the receiver, E at them, area A, longest
+// edge h, unit normal `plane` (placed sources only).
 // Pieces are split 4-to-1 until three points are enough for their distance from the sources.
-static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double E[3][3], double A, double h)
+static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double E[3][3], double A, double h,
+                                  const double plane[3])
 {
     const sss_dipole__model *m = &w->g->model;
     const double c[3] = {(p[0][0] + p[1][0] + p[2][0]) / 3.0, (p[0][1] + p[1][1] + p[2][1]) / 3.0,
@@ -3223,7 +3244,7 @@ static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double 
     }
     else
     {
-        s = sss_dipole__source_distance(w, c, radius, &close);
+        s = sss_dipole__flat_distance(w, c, radius, plane, &close);
     }
     // A source on the surface itself (height 0) has an infinite integral: 1e-6 of z is where pieces end.
     if (s > w->g->near_table.middle_distance[sss_dipole__size_class(h)] || h < 1e-6 * m->z_min)
@@ -3263,7 +3284,7 @@ static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double 
                 q_E[j][i] = half_E[child[k][j]][i];
             }
         }
-        sss_dipole__integrate(w, q, q_E, 0.25 * A, 0.5 * h);
+        sss_dipole__integrate(w, q, q_E, 0.25 * A, 0.5 * h, plane);
     }
 }
 
@@ -3274,7 +3295,7 @@ static void sss_dipole__near_block(sss_dipole__worker *w, size_t block)
     int i, k;
     for (slot = SSS_DIPOLE__BLOCK * block; slot < SSS_DIPOLE__BLOCK * (block + 1); slot++)
     {
-        double p[3][3], E[3][3];
+        double p[3][3], E[3][3], plane[3] = {0.0, 0.0, 0.0};
         if (g->area[slot] == 0.0f)
         {
             continue;
@@ -3287,7 +3308,12 @@ static void sss_dipole__near_block(sss_dipole__worker *w, size_t block)
                 E[k][i] = (double)g->corner_E[9 * slot + 3 * (size_t)k + (size_t)i];
             }
         }
-        sss_dipole__integrate(w, p, E, (double)g->area[slot], sss_dipole__longest_edge(p));
+        if (g->model.geometry == SSS_DIPOLE_PLACED)
+        {
+            sss_dipole__area_vector(p[0], p[1], p[2], plane);
+            sss_dipole__normalize(plane);
+        }
+        sss_dipole__integrate(w, p, E, (double)g->area[slot], sss_dipole__longest_edge(p), plane);
     }
     sss_dipole__flush(w);
 }
@@ -3306,7 +3332,7 @@ static sss_dipole__rule sss_dipole__choose_rule(const sss_dipole__worker *w, con
     const double center[3] = {(double)block->center[0], (double)block->center[1], (double)block->center[2]};
     const double far_distance = (double)block->far_distance, middle_distance = (double)block->middle_distance;
     const double r = sss_dipole__distance(center, w->receiver) - (double)block->radius;
-    double relative[3], s;
+    double relative[3], s, along;
     int close, k;
     if (m->geometry == SSS_DIPOLE_DISTANCE)
     {
@@ -3325,7 +3351,7 @@ static sss_dipole__rule sss_dipole__choose_rule(const sss_dipole__worker *w, con
     {
         relative[k] = center[k] - w->receiver[k];
     }
-    s = sss_dipole__source_distance(w, relative, (double)block->radius, &close);
+    s = sss_dipole__source_distance(w, relative, (double)block->radius, &close, &along);
     if (close || s <= middle_distance)
     {
         return SSS_DIPOLE__SUBDIVIDE;
@@ -3371,12 +3397,12 @@ static void sss_dipole__gather_group(sss_dipole__worker *w, size_t group)
 }
 
 static void sss_dipole__start_worker(const sss_dipole_gather *g, const sss_dipole_receivers *receivers, size_t row,
-                                     sss_dipole__worker *w)
+                                     sss_dipole__buffer *buffer, sss_dipole__worker *w)
 {
     double n[3] = {0.0, 0.0, 0.0}, from_center = 0.0;
     int i;
     w->g = g;
-    w->waiting = 0;
+    w->buffer = buffer;
     w->sum[0] = w->sum[1] = w->sum[2] = 0.0;
     if (g->model.geometry == SSS_DIPOLE_PLACED)
     {
@@ -3393,10 +3419,6 @@ static void sss_dipole__start_worker(const sss_dipole_gather *g, const sss_dipol
         w->origin[i] = 0.0;
         from_center += w->receiver[i] * w->receiver[i];
     }
-    for (i = 0; i < 6; i++)
-    {
-        w->samples.p[i] = w->buffer[i];
-    }
     w->kernel = from_center <= SSS_DIPOLE__REACH * SSS_DIPOLE__REACH ? g->kernel : sss_dipole__kernel_scalar;
 }
 
@@ -3404,12 +3426,18 @@ static void sss_dipole__gather_tile(const sss_dipole_gather *g, const sss_dipole
                                     size_t end, float *radiosity)
 {
     sss_dipole__worker worker[SSS_DIPOLE__TILE];
+    sss_dipole__buffer buffer;
     const size_t count = end - begin;
     size_t group, k;
     int i;
+    buffer.count = 0;
+    for (i = 0; i < 6; i++)
+    {
+        buffer.samples.p[i] = buffer.value[i];
+    }
     for (k = 0; k < count; k++)
     {
-        sss_dipole__start_worker(g, receivers, begin + k, &worker[k]);
+        sss_dipole__start_worker(g, receivers, begin + k, &buffer, &worker[k]);
     }
     for (group = 0; group < g->group_count; group++)
     {
