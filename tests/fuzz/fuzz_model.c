@@ -3,6 +3,9 @@
 
 #define _POSIX_C_SOURCE 200809L
 
+#define SSS_DIPOLE_IMPLEMENTATION // the loader computes missing normals with it
+#include "../../sss_dipole.h"
+
 #include "../../examples/common/model.h"
 
 #include <math.h>
