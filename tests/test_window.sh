@@ -1,0 +1,78 @@
+#!/bin/sh
+# The GLFW path under a virtual display: every example that opens a window shows the bunny in it, turns it when the
+# pointer drags, and leaves with status 0 when Escape is pressed; without a display it says so and fails.
+cd "$(dirname "$0")/.." || exit 1
+. tests/compile/jobs.sh
+for tool in Xvfb xdotool gltfpack; do
+    have $tool || { echo "$tool is not installed"; echo "0 passed, 1 failed"; exit 1; }
+done
+
+# A thin bunny: the picture does not depend on it, but the time does.
+mesh=$work/small.glb
+gltfpack -noq -si 0.03 -i build/models/bunny.glb -o "$mesh" >/dev/null 2>&1
+
+# Colours in the last picture of the screen, and its checksum. Xvfb keeps the screen in a file: a header, then 32 bits
+# a pixel.
+colours() { tail -c $((1024 * 1000 * 4)) "$1/Xvfb_screen0" | od -An -v -tx4 -w4 | sort -u | wc -l; }
+picture() { tail -c $((1024 * 1000 * 4)) "$1/Xvfb_screen0" | cksum; }
+
+wait_for() # seconds, command...: until it succeeds
+{
+    tries=$(($1 * 10)); shift
+    while ! "$@"; do
+        tries=$((tries - 1))
+        [ $tries -gt 0 ] || return 1
+        sleep 0.1
+    done
+}
+
+many_colours() { [ "$(colours "$1")" -gt "$2" ]; }
+changed() { [ "$(picture "$1")" != "$2" ]; }
+gone() { ! kill -0 "$1" 2>/dev/null; }
+
+in_a_window() # label, command
+{
+    label=$1 command=$2
+    screen=$work/screen; rm -rf "$screen"; mkdir "$screen"
+    Xvfb -displayfd 3 -screen 0 1024x1000x24 -fbdir "$screen" 3>"$screen/number" >"$screen/log" 2>&1 &
+    server=$!
+    wait_for 20 test -s "$screen/number"
+    display=:$(cat "$screen/number")
+    DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 sh -c "exec $command" >"$screen/said" 2>&1 &
+    program=$!
+
+    wait_for 60 many_colours "$screen" 300; shown=$?
+    seen=$(colours "$screen")
+    before=$(picture "$screen")
+    # A drag to the right over the middle of the window.
+    DISPLAY=$display xdotool mousemove 400 400 mousedown 1 mousemove 460 410 mousemove 560 430 sleep 0.5 mouseup 1 \
+        >>"$screen/log" 2>&1
+    wait_for 20 changed "$screen" "$before"; turned=$?
+    # There is no window manager that would give the window the keyboard.
+    window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$screen/log" | head -n 1)
+    DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 keydown Escape sleep 1 keyup Escape >>"$screen/log" 2>&1
+    wait_for 20 gone $program; left=$?
+    [ $left = 0 ] || kill $program 2>/dev/null
+    wait $program; status=$?
+    kill $server 2>/dev/null
+    wait $server 2>/dev/null
+
+    job "$label: shows a picture" "echo 'note: $seen colours on the screen'; [ $shown = 0 ]"
+    job "$label: turns when the pointer drags" "[ $turned = 0 ]"
+    job "$label: Escape ends it with status 0" "cat '$screen/said'; [ '$left $status' = '0 0' ]"
+}
+
+for source in examples/*.c; do
+    name=$(basename "$source" .c)
+    grep -q gl_context_create_window "$source" || continue
+    in_a_window "$name" "build/$name '$mesh'"
+    job_fails "$name: without a display it fails and says why" \
+        "env -u DISPLAY -u WAYLAND_DISPLAY 'build/$name' '$mesh'" 'display'
+    job "$name --headless: needs no display, writes a picture" "
+        env -u DISPLAY -u WAYLAND_DISPLAY 'build/$name' '$mesh' --headless '$work/$name.png' ||
+            env -u DISPLAY -u WAYLAND_DISPLAY 'build/$name' '$mesh' marble 40 --headless '$work/$name.png'
+        [ \$(wc -c <'$work/$name.png') -gt 20000 ]"
+done
+job "some example opens a window" "[ $job_count -gt 0 ]"
+
+jobs_end
