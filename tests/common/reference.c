@@ -330,12 +330,15 @@ static int refine(const kernel *k, heap *h, const totals *settled, double tolera
     return converged(all, tolerance) ? 0 : 2;
 }
 
-// Keeps in the heap only what is worth splitting: what holds less than a tenth of the allowance is settled.
+// Keeps in the heap only what is worth splitting: what holds less than a tenth of the allowance is settled. The
+// allowance follows from what B is at least: where a sample hits a peak, the sum can be far too large at first.
 static void settle_small(heap *h, double tolerance, totals *settled)
 {
     const totals nothing = {0.0L, 0.0L};
-    const totals all = sum(h, &nothing);
-    const long double allowance = 0.1L * tolerance * fabsl(all.integral) / (long double)(h->count + 1);
+    long double least = 0.0L;
+    for (size_t i = 0; i < h->count; ++i)
+        least += fmax(0.0, h->patches[i].integral - h->patches[i].error);
+    const long double allowance = 0.1L * tolerance * least / (long double)(h->count + 1);
     size_t kept = 0;
     *settled = nothing;
     for (size_t i = 0; i < h->count; ++i)
