@@ -129,7 +129,7 @@ static int direct_radiosity(const chart_case *c, chart_run *run, const chart_row
 }
 
 static const double densities[] = {1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0};
-static const double tolerances[] = {1e-4, 1e-3, 1e-2}; // at full density; the thinned copies take the second
+static const double tolerances[] = {1e-4, 1e-3, 1e-2}; // at full density; the thinned copies, which cannot do better, take the last
 enum
 {
     DENSITY_COUNT = sizeof densities / sizeof densities[0],
@@ -140,7 +140,7 @@ static int direct_prepare(const chart_case *c, size_t variant, chart_run *run)
 {
     sss_dipole_gather_options options;
     memset(&options, 0, sizeof options);
-    options.tolerance = variant < TOLERANCE_COUNT ? tolerances[variant] : tolerances[1];
+    options.tolerance = variant < TOLERANCE_COUNT ? tolerances[variant] : tolerances[TOLERANCE_COUNT - 1];
     return direct_prepare_with(c, variant < TOLERANCE_COUNT ? 1.0 : densities[variant - TOLERANCE_COUNT + 1],
                                &options, run);
 }
