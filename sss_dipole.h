@@ -426,16 +426,17 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_create(const sss_mesh *mesh, const s
                                                    const sss_dipole_gather_options *options, const sss_hooks *hooks,
                                                    sss_dipole_gather **out);
 
-// The same for a cloud of samples: every one stands for a small patch and is never subdivided.
-//   positions  [3 count], in units of mm_per_unit;   areas  [count], mm^2, >= 0
+// A cloud of samples, each of which stands for a small patch of the surface.
 typedef struct sss_dipole_points
 {
-    const float *positions;
-    const float *areas;
+    const float *positions; // [3 count], in units of mm_per_unit millimetres
+    const float *areas;     // [count], mm^2, >= 0
     size_t count;
-    double mm_per_unit;
+    double mm_per_unit;     // > 0
 } sss_dipole_points;
 
+// The same for a cloud of samples, which are never subdivided: accuracy is up to their density.
+// Allocates. SSS_ERROR_INVALID_ARGUMENT, _EMPTY, _OVERFLOW, _OUT_OF_MEMORY.
 SSS_DIPOLE_API sss_result sss_dipole_gather_create_points(const sss_dipole_points *points, const sss_profile *profile,
                                                           const sss_dipole_gather_options *options,
                                                           const sss_hooks *hooks, sss_dipole_gather **out);
@@ -456,7 +457,8 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_rows(const sss_dipole_gather *gather
                                                  const sss_dipole_receivers *receivers, size_t begin, size_t end,
                                                  float *radiosity);
 
-// All rows, through hooks.parallel_for and hooks.progress. SSS_ERROR_CANCELLED leaves radiosity partly written.
+// All rows, through hooks.parallel_for and hooks.progress. Allocates only if hooks.progress is given, because
+// SSS_ERROR_CANCELLED, like any error, leaves radiosity untouched. Other errors as above, _OUT_OF_MEMORY.
 SSS_DIPOLE_API sss_result sss_dipole_gather_run(const sss_dipole_gather *gather,
                                                 const sss_dipole_receivers *receivers, float *radiosity);
 
@@ -465,6 +467,7 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_get_stats(const sss_dipole_gather *g
 
 // One call from irradiance to radiosity, both at the vertices of a mesh. Normals are computed where missing.
 //   irradiance, radiosity  [V][3], W/mm^2;   options, hooks  may be NULL
+// Allocates. All errors of the functions that it calls; radiosity is then untouched.
 SSS_DIPOLE_API sss_result sss_dipole_shade(const sss_mesh *mesh, const sss_profile *profile, const float *irradiance,
                                            const sss_dipole_gather_options *options, const sss_hooks *hooks,
                                            float *radiosity);
@@ -2502,7 +2505,8 @@ static double sss_dipole__variation_error(double z_r, double z_v, double h, doub
 #define SSS_DIPOLE__SCATTER 0.5
 static double sss_dipole__sampling_error_of(double sigma, double z_r, double z_v, double h, double diagonal)
 {
-    const double T_lattice = 1.0 - sss_dipole__one_minus_T(sigma, z_r, z_v, 4.0 * SSS_DIPOLE__PI / (SSS_DIPOLE__SQRT3 * h));
+    const double k_lattice = 4.0 * SSS_DIPOLE__PI / (SSS_DIPOLE__SQRT3 * h);
+    const double T_lattice = 1.0 - sss_dipole__one_minus_T(sigma, z_r, z_v, k_lattice);
     const double step = 0.69314718055994531 / 8.0;
     double sum = 0.0;
     int i;
@@ -2665,7 +2669,8 @@ static size_t sss_dipole__sort_emitters(const sss_dipole__emitters *e, const dou
         sss_dipole__emitter_centroid(e, k, c);
         for (i = 0; i < 3; i++)
         {
-            const double cell = 1023.0 * sss_dipole__min(1.0, sss_dipole__max(0.0, (c[i] - center[i]) / diagonal + 0.5));
+            const double part = sss_dipole__max(0.0, (c[i] - center[i]) / diagonal + 0.5);
+            const double cell = 1023.0 * sss_dipole__min(1.0, part);
             code |= sss_dipole__spread_bits((uint32_t)cell) << i;
         }
         keys[count].code = code;
@@ -3020,7 +3025,8 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_create(const sss_mesh *mesh, const s
     sss_result result = sss_dipole__check_mesh(mesh);
     if (result == SSS_OK)
     {
-        result = out == NULL ? SSS_ERROR_INVALID_ARGUMENT : sss_dipole__resolve_options(profile, options, hooks, &draft);
+        result = out != NULL ? sss_dipole__resolve_options(profile, options, hooks, &draft)
+                             : SSS_ERROR_INVALID_ARGUMENT;
     }
     if (result != SSS_OK)
     {
@@ -3269,7 +3275,8 @@ static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double 
     const double c[3] = {(p[0][0] + p[1][0] + p[2][0]) / 3.0, (p[0][1] + p[1][1] + p[2][1]) / 3.0,
                          (p[0][2] + p[1][2] + p[2][2]) / 3.0};
     const double radius = sss_dipole__max(sss_dipole__distance(c, p[0]),
-                                          sss_dipole__max(sss_dipole__distance(c, p[1]), sss_dipole__distance(c, p[2])));
+                                          sss_dipole__max(sss_dipole__distance(c, p[1]),
+                                                          sss_dipole__distance(c, p[2])));
     double s, half[6][3], half_E[6][3];
     int close = 0, i, k;
     if (m->geometry == SSS_DIPOLE_DISTANCE)
@@ -3559,24 +3566,19 @@ static void sss_dipole__task(void *context, size_t begin, size_t end)
     sss_dipole__gather_rows(job->gather, job->receivers, job->first + begin, job->first + end, job->radiosity);
 }
 
-SSS_DIPOLE_API sss_result sss_dipole_gather_run(const sss_dipole_gather *gather,
-                                                const sss_dipole_receivers *receivers, float *radiosity)
+// All rows in about a hundred steps; between two of them progress is told and may cancel.
+static sss_result sss_dipole__run_steps(const sss_dipole_gather *gather, const sss_dipole_receivers *receivers,
+                                        float *radiosity)
 {
-    const size_t count = receivers != NULL ? receivers->count : 0;
-    const sss_result result = sss_dipole__check_receivers(gather, receivers, 0, count, radiosity);
-    const size_t step = count / 100 > 256 ? count / 100 : 256; // rows between two reports of progress
+    const sss_hooks *hooks = &gather->hooks;
+    const size_t count = receivers->count, step = count / 100 > 256 ? count / 100 : 256;
     sss_dipole__job job;
-    if (result != SSS_OK)
-    {
-        return result;
-    }
     job.gather = gather;
     job.receivers = receivers;
     job.radiosity = radiosity;
     for (job.first = 0; job.first < count; job.first += step)
     {
         const size_t rows = count - job.first < step ? count - job.first : step;
-        const sss_hooks *hooks = &gather->hooks;
         if (hooks->progress != NULL && hooks->progress(hooks->user, (double)job.first / (double)count) != 0)
         {
             return SSS_ERROR_CANCELLED;
@@ -3590,11 +3592,31 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_run(const sss_dipole_gather *gather,
             sss_dipole__task(&job, 0, rows);
         }
     }
-    if (gather->hooks.progress != NULL)
+    return hooks->progress != NULL && hooks->progress(hooks->user, 1.0) != 0 ? SSS_ERROR_CANCELLED : SSS_OK;
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_gather_run(const sss_dipole_gather *gather,
+                                                const sss_dipole_receivers *receivers, float *radiosity)
+{
+    const size_t count = receivers != NULL ? receivers->count : 0;
+    sss_result result = sss_dipole__check_receivers(gather, receivers, 0, count, radiosity);
+    float *draft;
+    if (result != SSS_OK || gather->hooks.progress == NULL)
     {
-        (void)gather->hooks.progress(gather->hooks.user, 1.0);
+        return result != SSS_OK ? result : sss_dipole__run_steps(gather, receivers, radiosity);
     }
-    return SSS_OK;
+    draft = (float *)sss_dipole__allocate(&gather->hooks, 3 * count * sizeof *draft);
+    if (draft == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    result = sss_dipole__run_steps(gather, receivers, draft);
+    if (result == SSS_OK)
+    {
+        memcpy(radiosity, draft, 3 * count * sizeof *draft);
+    }
+    sss_dipole__release(&gather->hooks, draft);
+    return result;
 }
 
 SSS_DIPOLE_API sss_result sss_dipole_shade(const sss_mesh *mesh, const sss_profile *profile, const float *irradiance,
