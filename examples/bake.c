@@ -34,6 +34,7 @@ enum
 };
 
 static const double MM_PER_METRE = 1000.0; // glTF's unit of length is the metre
+static const double FLOOR_ROOM = 0.06;     // share of the object's size by which the picture moves down for its image
 static const double ETA = 1.3;             // of the measured materials of Jensen et al. 2001
 
 // ---- options ----
@@ -42,7 +43,7 @@ typedef struct options
 {
     const char *in, *method, *material, *out, *png, *dump, *dump_irradiance, *irradiance, *geometry, *exit;
     double sigma_s[3], sigma_a[3], albedo[3], mfp[3]; // NaN: not given
-    double eta, size_mm, mm_per_unit, tolerance, exposure, roughness, soft, azimuth, elevation, zoom;
+    double eta, size_mm, mm_per_unit, tolerance, exposure, roughness, floor, soft, azimuth, elevation, zoom;
     double ambient[3], background[3];
     int width, height, threads, reference;
     int no_shadows, report, help;
@@ -113,6 +114,7 @@ static const char usage_after_methods[] =
     "  --exposure F            times the automatic exposure (1)\n"
     "  --exit paper|conserving the factor from radiosity to radiance (paper)\n"
     "  --roughness R           of the surface in reflections, 0: none (0.35)\n"
+    "  --floor F               how strongly a polished floor mirrors the object, in [0,1] (0)\n"
     "  --background R,G,B      sRGB in [0,1], darker towards the edges (0.16,0.17,0.19)\n"
     "\n"
     "Exit status: 0 done, 2 wrong arguments, unreadable input or failure: nothing is then written.\n";
@@ -248,7 +250,7 @@ static int parse_plain(options *o, const char *name, const char *value)
     } numbers[] = {{"--eta", &o->eta, 0.1, 10.0}, {"--size-mm", &o->size_mm, 1e-30, 1e30},
                    {"--mm-per-unit", &o->mm_per_unit, 1e-30, 1e30}, {"--tolerance", &o->tolerance, 1e-5, 0.5},
                    {"--exposure", &o->exposure, 1e-6, 1e6}, {"--roughness", &o->roughness, 0.0, 1.0},
-                   {"--soft", &o->soft, 0.0, 45.0}};
+                   {"--floor", &o->floor, 0.0, 1.0}, {"--soft", &o->soft, 0.0, 45.0}};
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; ++i)
     {
         if (strcmp(name, texts[i].name) == 0)
@@ -733,8 +735,12 @@ static int draw(bake *b, gl_context *context, unsigned char *rgb)
 {
     const options *const o = &b->o;
     shade_view view = {.eye = {.azimuth = o->azimuth, .elevation = o->elevation, .zoom = o->zoom},
-                       .roughness = o->roughness};
+                       .roughness = o->roughness, .floor = o->floor};
     camera_fit(&view.eye, b->model.positions, b->model.vertex_count, (double)o->width / o->height);
+    if (o->floor > 0.0)
+    {
+        view.eye.target[1] -= FLOOR_ROOM * b->size_mm / b->mesh.mm_per_unit;
+    }
     view.exposure = o->exposure * shade_exposure(&b->model, &view.eye, b->radiosity);
     for (int k = 0; k < 3; ++k)
     {

@@ -22,6 +22,7 @@ struct shade
     GLuint program, backdrop, vertex_array, empty_array, buffers[ATTRIBUTES + 1];
     GLsizei index_count;
     size_t vertex_count;
+    float floor_y, height; // of the lowest vertex, and of the object above it
     float to_light[3 * LIT], light_color[3 * LIT], ambient[3], light_width;
 };
 
@@ -31,6 +32,7 @@ static const char object_vertex_shader[] =
     "layout(location = 2) in vec3 radiosity;\n"
     "layout(location = 3) in vec4 seen;\n"
     "uniform mat4 view_projection;\n"
+    "uniform float floor_y, mirrored;\n" // mirrored: 1 draws the image in the floor
     "out vec3 at, n, B;\n"
     "out vec4 visible;\n"
     "void main()\n"
@@ -39,7 +41,8 @@ static const char object_vertex_shader[] =
     "    n = normal;\n"
     "    B = radiosity;\n"
     "    visible = seen;\n"
-    "    gl_Position = view_projection * vec4(position, 1.0);\n"
+    "    float y = mix(position.y, 2.0*floor_y - position.y, mirrored);\n"
+    "    gl_Position = view_projection * vec4(position.x, y, position.z, 1.0);\n"
     "}\n";
 
 // The light that leaves the surface: scattered (B) by the header's exit factor, and reflected, which is what the
@@ -48,7 +51,7 @@ static const char object_fragment_shader[] =
     "in vec3 at, n, B;\n"
     "in vec4 visible;\n"
     "uniform vec3 eye, to_light[3], light_color[3], ambient;\n"
-    "uniform float roughness, light_width;\n"
+    "uniform float roughness, light_width, floor_y, height, mirrored, floor_strength;\n"
     "out vec4 color;\n"
     "const float PI = 3.14159265;\n"
     "float ggx(float n_h, float a)\n"
@@ -86,7 +89,9 @@ static const char object_fragment_shader[] =
     "    {\n"
     "        L += reflected(N, V, n_v);\n"
     "    }\n"
-    "    color = vec4(sss_tone_map(L), 1.0);\n"
+    // A polished floor is never flat: its image fades within a third of the object's height.
+    "    float image = floor_strength * exp(-5.0 * (at.y - floor_y) / height);\n"
+    "    color = vec4(sss_tone_map(L), mix(1.0, image, mirrored));\n"
     "}\n";
 
 static const char backdrop_vertex_shader[] =
@@ -141,6 +146,10 @@ static void upload_model(shade *s, const model *m)
     s->gl->GenVertexArrays(1, &s->vertex_array);
     s->gl->GenVertexArrays(1, &s->empty_array);
     s->gl->GenBuffers(ATTRIBUTES + 1, s->buffers);
+    double low[3], high[3];
+    const double extent = model_bounds(m, low, high);
+    s->floor_y = (float)low[1];
+    s->height = (float)(high[1] > low[1] ? high[1] - low[1] : extent);
     s->vertex_count = m->vertex_count;
     s->index_count = (GLsizei)(3 * m->triangle_count);
     upload(s, 0, 3, m->positions);
@@ -248,36 +257,76 @@ void shade_set_radiosity(shade *s, const float *radiosity, const float *seen)
     }
 }
 
-void shade_draw(const shade *s, const shade_view *view, int width, int height)
+static void draw_backdrop(const shade *s, const shade_view *view)
 {
     const gl_functions *const gl = s->gl;
-    float view_projection[16], eye[3], background[2][3];
-    camera_matrix(&view->eye, (double)width / height, view_projection, eye);
+    float background[2][3];
     for (int i = 0; i < 6; ++i)
     {
         background[i / 3][i % 3] = (float)view->background[i / 3][i % 3];
     }
-    gl->Viewport(0, 0, width, height);
     gl->Disable(GL_DEPTH_TEST);
-    gl->Clear(GL_DEPTH_BUFFER_BIT);
     gl->UseProgram(s->backdrop);
     gl->Uniform3fv(gl->GetUniformLocation(s->backdrop, "below"), 1, background[0]);
     gl->Uniform3fv(gl->GetUniformLocation(s->backdrop, "above"), 1, background[1]);
     gl->BindVertexArray(s->empty_array);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
-
     gl->Enable(GL_DEPTH_TEST);
+}
+
+static void draw_triangles(const shade *s)
+{
+    s->gl->DrawElements(GL_TRIANGLES, s->index_count, GL_UNSIGNED_INT, NULL);
+}
+
+// The image in the floor is what an eye below the floor sees of the object. First only depth, so that what is
+// blended afterwards is the nearest surface alone.
+static void draw_mirrored(const shade *s, const float eye[3])
+{
+    const gl_functions *const gl = s->gl;
+    gl->Uniform1f(uniform(s, "mirrored"), 1.0f);
+    gl->Uniform3f(uniform(s, "eye"), eye[0], 2.0f * s->floor_y - eye[1], eye[2]);
+    gl->FrontFace(GL_CW);
+    gl->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    draw_triangles(s);
+    gl->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    gl->DepthFunc(GL_LEQUAL);
+    gl->Enable(GL_BLEND);
+    gl->BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    draw_triangles(s);
+    gl->Disable(GL_BLEND);
+    gl->DepthFunc(GL_LESS);
+    gl->FrontFace(GL_CCW);
+    gl->Clear(GL_DEPTH_BUFFER_BIT); // the object hides its image wherever they overlap
+}
+
+void shade_draw(const shade *s, const shade_view *view, int width, int height)
+{
+    const gl_functions *const gl = s->gl;
+    float view_projection[16], eye[3];
+    camera_matrix(&view->eye, (double)width / height, view_projection, eye);
+    gl->Viewport(0, 0, width, height);
+    gl->Clear(GL_DEPTH_BUFFER_BIT);
+    draw_backdrop(s, view);
     gl->UseProgram(s->program);
     gl->UniformMatrix4fv(uniform(s, "view_projection"), 1, GL_FALSE, view_projection);
-    gl->Uniform3fv(uniform(s, "eye"), 1, eye);
     gl->Uniform3fv(uniform(s, "to_light"), LIT, s->to_light);
     gl->Uniform3fv(uniform(s, "light_color"), LIT, s->light_color);
     gl->Uniform3fv(uniform(s, "ambient"), 1, s->ambient);
     gl->Uniform1f(uniform(s, "light_width"), s->light_width);
     gl->Uniform1f(uniform(s, "roughness"), (float)view->roughness);
     gl->Uniform1f(uniform(s, "sss_exposure"), (float)view->exposure);
+    gl->Uniform1f(uniform(s, "floor_y"), s->floor_y);
+    gl->Uniform1f(uniform(s, "height"), s->height);
+    gl->Uniform1f(uniform(s, "floor_strength"), (float)view->floor);
     gl->BindVertexArray(s->vertex_array);
-    gl->DrawElements(GL_TRIANGLES, s->index_count, GL_UNSIGNED_INT, NULL);
+    if (view->floor > 0.0 && eye[1] > s->floor_y)
+    {
+        draw_mirrored(s, eye);
+    }
+    gl->Uniform1f(uniform(s, "mirrored"), 0.0f);
+    gl->Uniform3fv(uniform(s, "eye"), 1, eye);
+    draw_triangles(s);
 }
 
 static int draw_large(const shade *s, const shade_view *view, int width, int height, unsigned char *rgb)

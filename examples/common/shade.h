@@ -23,6 +23,7 @@ typedef struct shade_view
     double exposure;          // radiance times this goes into tone mapping; shade_exposure finds one
     double background[2][3];  // below and above, sRGB in [0,1]
     double roughness;         // of the surface as reflections show it, in (0, 1]; 0: no reflections
+    double floor;             // how strongly a polished floor mirrors the object, in [0, 1]; 0: no floor
 } shade_view;
 
 // Uploads a model; lights (copied) are for the reflections, may be NULL. NULL on failure, with the reason.

@@ -1,0 +1,105 @@
+#!/bin/sh
+# Bakes the bunny in four materials and four sizes under one light, and lays the pictures out on one sheet,
+# examples/pictures/gallery.png, with diffuse reflection alone in the last column.      sh examples/gallery.sh
+#   Needs build/bake, build/models/bunny.glb (make demo brings both), ImageMagick and the DejaVu fonts.
+set -eu
+cd "$(dirname "$0")/.."
+
+out=examples/pictures/gallery.png
+work=build/gallery
+font=/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
+bold=/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf
+for need in build/bake build/models/bunny.glb; do
+    [ -e "$need" ] || { echo "gallery.sh: $need is missing; run: make demo" >&2; exit 1; }
+done
+if ! command -v convert >/dev/null 2>&1 || ! [ -e $font ] || ! [ -e $bold ]; then
+    echo "gallery.sh: run as root:  apt-get install -y --no-install-recommends imagemagick fonts-dejavu-core" >&2
+    exit 1
+fi
+mkdir -p "$work" "$(dirname "$out")"
+
+# ---- the same light and camera for all ----
+
+# A warm light from behind the ears, a cool one from the side, faint surroundings.
+light="--light -0.28,0.57,-0.77,6.0,5.6,5.1 --light -0.9,0.35,0.35,0.95,1.05,1.25 --ambient 0.05,0.055,0.065 --soft 7"
+look="--camera 20,8,0.88 --exposure 0.72 --floor 0.4 --background 0.20,0.19,0.18 --roughness 0.33"
+width=400 height=400
+sizes="10 25 60 150"
+diffuse_size=60 # any: without scattering inside, size changes nothing
+
+material()
+{
+    case $1 in
+        marble)   echo "--material marble" ;;
+        skimmilk) echo "--material skimmilk" ;;
+        skin)     echo "--material skin1" ;;
+        jade)     echo "--albedo 0.30,0.52,0.36 --mfp 0.55,0.85,0.60 --eta 1.5" ;; # by eye, not measured
+    esac
+}
+rows="marble skimmilk skin jade"
+title_marble="Marble"    source_marble="measured (Jensen 2001)"
+title_skimmilk="Skim milk" source_skimmilk="measured (Jensen 2001)"
+title_skin="Skin"      source_skin="measured (Jensen 2001)"
+title_jade="Jade"      source_jade="by albedo and\nmean free path"
+
+# ---- bake ----
+
+bake() # picture, options...
+{
+    picture=$1
+    shift
+    build/bake build/models/bunny.glb --tolerance 0.01 $light $look --resolution ${width}x$height \
+        --png "$picture" "$@" 2>"$work/log" || { cat "$work/log" >&2; exit 1; }
+}
+
+start=$(date +%s)
+for row in $rows; do
+    for size in $sizes; do
+        echo "gallery: $row, $size mm"
+        bake "$work/$row-$size.png" $(material $row) --size-mm $size
+    done
+    echo "gallery: $row, diffuse only"
+    bake "$work/$row-diffuse.png" $(material $row) --size-mm $diffuse_size --method lambert
+done
+
+# ---- lay out ----
+
+gap=6 margin=44 names=230 head=150 foot=64 apart=30 # pixels; `apart` sets the last column off
+paper='#0e0d0c' ink='#e8e2d8' faint='#8f8880'
+columns=5
+sheet_width=$((margin + names + columns * width + (columns - 2) * gap + apart + margin))
+sheet_height=$((head + 4 * height + 3 * gap + foot))
+
+set -- -size ${sheet_width}x$sheet_height "xc:$paper"
+y=$head
+for row in $rows; do
+    x=$((margin + names))
+    for column in $sizes diffuse; do
+        [ $column = diffuse ] && x=$((x - gap + apart))
+        set -- "$@" "$work/$row-$column.png" -geometry +$x+$y -composite
+        x=$((x + width + gap))
+    done
+    eval "title=\$title_$row source=\$source_$row"
+    set -- "$@" -gravity NorthWest -font $bold -pointsize 33 -fill "$ink" -annotate +$margin+$((y + height / 2 - 34)) \
+        "$title" -font $font -pointsize 17 -fill "$faint" -annotate +$margin+$((y + height / 2 + 12)) "$source"
+    y=$((y + height + gap))
+done
+
+set -- "$@" -gravity North
+x=$((margin + names))
+for column in $sizes diffuse; do
+    text="$column mm"
+    [ $column = diffuse ] && text="diffuse only" x=$((x - gap + apart))
+    set -- "$@" -font $font -pointsize 25 -fill "$ink" \
+        -annotate "$(printf '%+d%+d' $((x + width / 2 - sheet_width / 2)) $((head - 46)))" "$text"
+    x=$((x + width + gap))
+done
+set -- "$@" -gravity NorthWest -font $bold -pointsize 30 -fill "$ink" -annotate +$margin+30 \
+    "One bunny, one light" -font $font -pointsize 20 -fill "$faint" -annotate +$((margin + 372))+38 \
+    "Only the material and the size of the object change. Light enters, scatters inside, leaves elsewhere."
+set -- "$@" -gravity SouthWest -font $font -pointsize 17 -fill "$faint" -annotate +$margin+22 \
+    "sss_dipole.h, direct gather: every one of 34,835 vertices from every one of 69,666 triangles"
+
+convert "$@" -depth 8 -strip -define png:compression-level=9 "$work/gallery.png"
+mv "$work/gallery.png" "$out"
+echo "gallery: $out, $(($(date +%s) - start)) s"
