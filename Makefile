@@ -44,10 +44,12 @@ help:
 setup:
 	sh tests/setup.sh test
 
-# Set-up first, then a second make that sees what it brought.
+# Set-up first, then a second make that sees what it brought, on all processors unless told otherwise.
+JOBS = $(if $(filter -j%,$(MAKEFLAGS)),,-j$(shell nproc))
+
 demo:
 	@sh tests/setup.sh demo
-	@$(MAKE) --no-print-directory demo-run
+	@$(MAKE) --no-print-directory $(JOBS) demo-run
 
 demo-run: all $(BUNNY)
 	sh examples/gallery.sh
@@ -55,7 +57,7 @@ demo-run: all $(BUNNY)
 
 test:
 	@sh tests/setup.sh test
-	@$(MAKE) --no-print-directory test-run
+	@$(MAKE) --no-print-directory $(JOBS) test-run
 
 test-run: all $(BUNNY)
 	@sh tests/run.sh $(TESTS) $(SCRIPTS)
@@ -68,7 +70,7 @@ $(foreach test,$(TESTS) $(SCRIPTS),$(eval $(call one_test,$(test))))
 
 chart:
 	@sh tests/setup.sh test
-	@$(MAKE) --no-print-directory all $(BUNNY)
+	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY)
 	sh tests/chart/chart.sh
 
 # Only the lines between the two markers are replaced, those included.

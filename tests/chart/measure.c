@@ -1,16 +1,18 @@
 // Measures runs and appends one line each to a CSV file.
-//   build/chart-measure OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]
+//   build/tests/chart/measure OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]
 // Columns, as DESIGN.md says:
 //   method,mesh,vertices,triangles,size_mm,material,light,parameters,threads,precompute_s,frame_ms,bytes,rel_l2,
 //   rel_max,image_rmse,reference
 // rel_l2, rel_max: against the converged reference at N vertices spread over the mesh, weighted by their areas.
 // frame_ms: median of at least five frames. Where a frame would take longer than S seconds, a frame computes every
 // k-th vertex and the part that grows with the receivers counts k times: `rows` in parameters says how many were
-// computed. image_rmse stays empty where no picture was compared.
+// computed. image_rmse: of the picture against the one from the direct gather at tolerance 1e-3, in [0,1]; empty where
+// a frame takes longer than twenty times S.
 
 #define _POSIX_C_SOURCE 200809L
 
 #include "chart.h"
+#include "picture.h"
 
 #include "../../examples/common/threads.h"
 #include "../common/reference.h"
@@ -32,6 +34,7 @@ enum
 {
     METHOD_COUNT = sizeof methods / sizeof methods[0],
     MATERIAL_COUNT = sizeof materials / sizeof materials[0],
+    BEST_VARIANT = 1, // of the direct gather, for pictures
     SIZES_MAX = 8,
     RUNS_MAX = 64
 };
@@ -53,6 +56,7 @@ typedef struct truth
     double *B;       // [count][3]
     double *weights; // [count] area, mesh units
     double error;    // relative L2 error of the reference's own estimate
+    picture *best;   // NULL where there is none
 } truth;
 
 // ---- receivers ----
@@ -123,6 +127,7 @@ static int make_truth(const chart_case *c, const settings *s, truth *t)
 
 static void free_truth(truth *t)
 {
+    picture_free(t->best);
     free_rows(&t->rows);
     free(t->B);
     free(t->weights);
@@ -202,44 +207,98 @@ static double median_frame(const chart_method *method, const chart_case *c, cons
     return failed ? -1.0 : seconds[s->runs / 2];
 }
 
-static int append(const settings *s, const chart_case *c, const char *method, const chart_run *run,
-                  const double times[2], const double errors[2], double reference_error)
+// What is measured of a run.
+typedef struct numbers
 {
+    double precompute_s, frame_s, rel_l2, rel_max;
+    double image_rmse; // negative: no picture was compared
+} numbers;
+
+static int append(const settings *s, const chart_case *c, const char *method, const chart_run *run, const numbers *n,
+                  double reference_error)
+{
+    char image[32] = "";
     FILE *const file = fopen(s->out, "a");
     if (!file)
     {
         perror(s->out);
         return 1;
     }
-    fprintf(file, "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,,quadrature to %.1e at %zu vertices\n", method,
+    if (n->image_rmse >= 0.0)
+    {
+        snprintf(image, sizeof image, "%.3e", n->image_rmse);
+    }
+    fprintf(file, "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,%s,quadrature to %.1e at %zu vertices\n", method,
             c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name, c->light_name,
-            run->parameters, run->threads, times[0], 1e3 * times[1], run->bytes, errors[0], errors[1],
+            run->parameters, run->threads, n->precompute_s, 1e3 * n->frame_s, run->bytes, n->rel_l2, n->rel_max, image,
             reference_error, s->receivers);
     return fclose(file) != 0;
+}
+
+// Every vertex, on all processors: for pictures, not for times.
+static float *all_vertices(const chart_method *method, const chart_case *c, chart_run *run)
+{
+    chart_rows rows = {0};
+    float *B = (float *)malloc(3 * c->mesh.vertex_count * sizeof *B);
+    int *const threads = (int *)run->hooks->user, kept = *threads;
+    *threads = threads_available();
+    if (!B || make_rows(c, 1, &rows) != 0 || method->relight(c, run) != 0 ||
+        method->radiosity(c, run, &rows, B) != 0)
+    {
+        free(B);
+        B = NULL;
+    }
+    *threads = kept;
+    free_rows(&rows);
+    return B;
+}
+
+static double compare_pictures(const chart_method *method, const chart_case *c, chart_run *run, picture *best)
+{
+    float *const B = all_vertices(method, c, run);
+    const double rmse = B ? picture_rmse(best, B) : -1.0;
+    free(B);
+    return rmse;
+}
+
+static int make_best_picture(const chart_case *c, const sss_hooks *hooks, truth *t)
+{
+    chart_run run;
+    memset(&run, 0, sizeof run);
+    run.hooks = hooks;
+    float *const B = chart_direct.prepare(c, BEST_VARIANT, &run) == 0 ? all_vertices(&chart_direct, c, &run) : NULL;
+    t->best = B ? picture_create(c, B) : NULL;
+    chart_direct.release(&run);
+    free(B);
+    return t->best == NULL;
 }
 
 static int measure(const chart_method *method, size_t variant, const chart_case *c, const truth *t, const settings *s,
                    const sss_hooks *hooks)
 {
     chart_run run;
-    double times[2] = {0.0, 0.0}, errors[2] = {0.0, 0.0};
+    numbers n = {0.0, 0.0, 0.0, 0.0, -1.0};
     float *const B = (float *)malloc(3 * t->rows.count * sizeof *B);
     memset(&run, 0, sizeof run);
     run.threads = s->threads;
     run.hooks = hooks;
     const double start = test_seconds();
     int failed = !B || method->prepare(c, variant, &run) != 0;
-    times[0] = test_seconds() - start;
+    n.precompute_s = test_seconds() - start;
     failed = failed || method->relight(c, &run) != 0 || method->radiosity(c, &run, &t->rows, B) != 0;
     if (!failed)
     {
-        compare(t, B, &errors[0], &errors[1]);
-        times[1] = median_frame(method, c, s, &run);
-        failed = times[1] < 0.0 || append(s, c, method->name, &run, times, errors, t->error) != 0;
+        compare(t, B, &n.rel_l2, &n.rel_max);
+        n.frame_s = median_frame(method, c, s, &run);
+        if (n.frame_s <= 20.0 * s->seconds)
+        {
+            n.image_rmse = compare_pictures(method, c, &run, t->best);
+        }
+        failed = n.frame_s < 0.0 || append(s, c, method->name, &run, &n, t->error) != 0;
     }
-    printf("%-14s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  predicted %.1e%s\n", method->name,
-           c->material_name, c->size_mm, run.parameters, 1e3 * times[1], errors[0], errors[1], run.error_bound,
-           failed ? "  FAILED" : "");
+    printf("%-14s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  image %.1e  predicted %.1e%s\n", method->name,
+           c->material_name, c->size_mm, run.parameters, 1e3 * n.frame_s, n.rel_l2, n.rel_max, n.image_rmse,
+           run.error_bound, failed ? "  FAILED" : "");
     fflush(stdout);
     method->release(&run);
     free(B);
@@ -281,7 +340,8 @@ static int measure_case(const mesh_data *mesh, const char *material, double size
     chart_case c;
     truth t;
     memset(&t, 0, sizeof t);
-    int failed = make_case(mesh, material, size_mm, &c) != 0 || make_truth(&c, s, &t) != 0;
+    int failed = make_case(mesh, material, size_mm, &c) != 0 || make_truth(&c, s, &t) != 0 ||
+                 make_best_picture(&c, hooks, &t) != 0;
     printf("%s, %g mm: reference to %.1e%s\n", material, size_mm, t.error, failed ? " FAILED" : "");
     for (size_t m = 0; m < METHOD_COUNT && !failed; ++m)
     {
