@@ -34,7 +34,7 @@ enum
 };
 
 static const double MM_PER_METRE = 1000.0; // glTF's unit of length is the metre
-static const double FLOOR_ROOM = 0.06;     // share of the object's size by which the picture moves down for its image
+static const double FLOOR_ROOM = 0.05;     // share of the object's size by which the picture moves down for its image
 static const double ETA = 1.3;             // of the measured materials of Jensen et al. 2001
 
 // ---- options ----
@@ -59,6 +59,8 @@ typedef struct bake
     sss_profile profile;
     sss_mesh mesh;
     double size_mm, area_mm2, edge_mm, irradiance_ms;
+    double rel_l2, rel_max, reference_error; // of --reference
+    size_t reference_receivers;
     float *irradiance, *seen, *radiosity;
     method_job job;
     method_result result;
@@ -93,7 +95,8 @@ static const char usage_after_materials[] =
     "  --light X,Y,Z[,R,G,B]   towards a distant light, and its irradiance in W/mm^2 (1,1,1); up to 8 times\n"
     "  --soft DEGREES          angular radius of the lights (0)\n"
     "  --ambient R,G,B         irradiance from even surroundings (0,0,0)\n"
-    "  --irradiance E.f32      float32 [vertices][3], entering Fresnel included, in place of the lights\n"
+    "  --irradiance E.f32      float32 [vertices][3], entering Fresnel included, in place of the lights,\n"
+    "                          which then only show as reflections\n"
     "  --no-shadows            the object does not shadow itself\n"
     "method\n";
 
@@ -357,15 +360,32 @@ static int check_options(bake *b)
     {
         return fail(b, "no light: give --light, --ambient or --irradiance");
     }
-    if (o->irradiance && o->lights.count > 0)
-    {
-        return fail(b, "--irradiance replaces the lights: give it or --light, not both");
-    }
     if (!o->out && !o->png && !o->dump && !o->dump_irradiance && !o->report && !o->reference)
     {
         return fail(b, "nothing to do: give --out, --png, --dump, --dump-irradiance, --report or --reference");
     }
     return 0;
+}
+
+// --name value, or --name=value; moves on behind what it took. value is NULL at the end of the line.
+static int parse_pair(bake *b, const char *argument, const char *value, int *index)
+{
+    char name[64];
+    const char *const equals = strchr(argument, '=');
+    const size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
+    snprintf(name, sizeof name, "%.*s", (int)(length < sizeof name ? length : sizeof name - 1), argument);
+    const char *const text = equals ? equals + 1 : value;
+    const int taken = parse_value(&b->o, name, text ? text : "");
+    if (taken == 1)
+    {
+        return fail(b, "there is no option '%s'", name);
+    }
+    if (!text)
+    {
+        return fail(b, "%s needs a value", name);
+    }
+    *index += equals ? 0 : 1;
+    return taken == 0 ? 0 : fail(b, "%s does not take '%s'", name, text);
 }
 
 static int parse_options(bake *b, int argc, char **argv)
@@ -395,22 +415,9 @@ static int parse_options(bake *b, int argc, char **argv)
             }
             o->in = argv[i];
         }
-        else
+        else if (parse_pair(b, argv[i], argv[i + 1], &i) != 0)
         {
-            const int taken = i + 1 < argc ? parse_value(o, argv[i], argv[i + 1]) : parse_value(o, argv[i], "?");
-            if (taken == 1)
-            {
-                return fail(b, "there is no option '%s'", argv[i]);
-            }
-            if (i + 1 == argc)
-            {
-                return fail(b, "%s needs a value", argv[i]);
-            }
-            if (taken < 0)
-            {
-                return fail(b, "%s does not take '%s'", argv[i], argv[i + 1]);
-            }
-            ++i;
+            return -1;
         }
     }
     return check_options(b);
@@ -648,7 +655,7 @@ typedef struct comparison
     double *area, *B, *error;
 } comparison;
 
-static void print_comparison(const bake *b, const comparison *c)
+static void measure_errors(bake *b, const comparison *c)
 {
     double off = 0.0, uncertain = 0.0, all = 0.0, worst = 0.0, brightest = 0.0;
     for (size_t i = 0; i < 3 * c->count; ++i)
@@ -661,9 +668,10 @@ static void print_comparison(const bake *b, const comparison *c)
         worst = fmax(worst, fabs(d));
         brightest = fmax(brightest, fabs(c->B[i]));
     }
-    printf("reference_receivers=%zu\nrel_l2=%.4g\nrel_max=%.4g\nreference_error=%.3g\n", c->count,
-           all > 0.0 ? sqrt(off / all) : sqrt(off), brightest > 0.0 ? worst / brightest : worst,
-           all > 0.0 ? sqrt(uncertain / all) : sqrt(uncertain));
+    b->rel_l2 = all > 0.0 ? sqrt(off / all) : sqrt(off);
+    b->rel_max = brightest > 0.0 ? worst / brightest : worst;
+    b->reference_error = all > 0.0 ? sqrt(uncertain / all) : sqrt(uncertain);
+    b->reference_receivers = c->count;
 }
 
 // Compares with the converged integral at vertices spread evenly over the vertex order.
@@ -694,7 +702,7 @@ static int compare_with_reference(bake *b)
     }
     if (status == 0)
     {
-        print_comparison(b, &c);
+        measure_errors(b, &c);
     }
     free(c.indices);
     free(c.area);
@@ -788,7 +796,7 @@ typedef struct output
 {
     const char *path;
     write_function write;
-    char temporary[PATH_SIZE + 16]; // written first, then renamed; the path itself where that is a device
+    char temporary[PATH_SIZE + 32]; // written first, then renamed; the path itself where that is a device
 } output;
 
 static void list_outputs(const options *o, output out[OUTPUTS])
@@ -825,8 +833,9 @@ static int check_outputs(bake *b, output out[OUTPUTS])
         {
             return fail(b, "cannot write %s: it is a directory, or the name is too long", out[i].path);
         }
-        snprintf(out[i].temporary, sizeof out[i].temporary, exists && !S_ISREG(status.st_mode) ? "%s" : "%s.part",
-                 out[i].path);
+        const int device = exists && !S_ISREG(status.st_mode);
+        snprintf(out[i].temporary, sizeof out[i].temporary, device ? "%s" : "%s.part%ld", out[i].path,
+                 (long)getpid());
         FILE *const probe = fopen(out[i].temporary, "wb");
         if (!probe)
         {
@@ -889,7 +898,15 @@ static int run(bake *b)
     }
     if (status == 0)
     {
-        status = light_scene(b) == 0 && run_method(b) == 0 ? write_outputs(b, out) : -1;
+        status = light_scene(b) == 0 && run_method(b) == 0 ? 0 : -1;
+    }
+    if (status == 0 && b->o.reference > 0)
+    {
+        status = compare_with_reference(b);
+    }
+    if (status == 0)
+    {
+        status = write_outputs(b, out);
     }
     if (status == 0 && b->o.report)
     {
@@ -897,7 +914,8 @@ static int run(bake *b)
     }
     if (status == 0 && b->o.reference > 0)
     {
-        status = compare_with_reference(b);
+        printf("reference_receivers=%zu\nrel_l2=%.4g\nrel_max=%.4g\nreference_error=%.3g\n", b->reference_receivers,
+               b->rel_l2, b->rel_max, b->reference_error);
     }
     if (status != 0)
     {

@@ -21,9 +21,9 @@ mkdir -p "$work" "$(dirname "$out")"
 # ---- the same light and camera for all ----
 
 # A warm light from behind the ears, a cool one from the side, faint surroundings.
-light="--light -0.28,0.57,-0.77,6.0,5.6,5.1 --light -0.9,0.35,0.35,0.95,1.05,1.25 --ambient 0.05,0.055,0.065 --soft 7"
-look="--camera 20,8,0.88 --exposure 0.72 --floor 0.4 --background 0.20,0.19,0.18 --roughness 0.33"
-width=400 height=400
+light="--light -0.28,0.57,-0.77,6.0,5.6,5.1 --light -0.9,0.35,0.35,0.95,1.05,1.25 --ambient 0.06,0.066,0.078 --soft 7"
+look="--camera 20,8,0.97 --exposure 0.76 --floor 0.4 --background 0.20,0.19,0.18 --roughness 0.33"
+width=400 height=380
 sizes="10 25 60 150"
 diffuse_size=60 # any: without scattering inside, size changes nothing
 

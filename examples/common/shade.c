@@ -108,8 +108,10 @@ static const char backdrop_fragment_shader[] =
     "out vec4 color;\n"
     "void main()\n"
     "{\n"
-    "    vec3 c = mix(below, above, smoothstep(-1.0, 1.0, screen.y));\n"
-    "    color = vec4(c * (1.0 - 0.22*dot(screen, screen)), 1.0);\n" // darker towards the corners
+    "    vec2 from_glow = screen - vec2(0.12, 0.2);\n"     // a glow behind the object lifts its dark side off
+    "    float glow = 0.6 + 0.9*exp(-1.6*dot(from_glow, from_glow));\n"
+    "    vec3 c = mix(below, above, smoothstep(-1.1, 0.4, screen.y));\n"
+    "    color = vec4(c * glow, 1.0);\n"
     "}\n";
 
 static const char *version_line(const gl_context *context)
