@@ -497,6 +497,10 @@ static int load_scene(bake *b)
     {
         return -1;
     }
+    if (b->model.turned)
+    {
+        fprintf(stderr, "%s is inside out: its triangles and normals are turned round\n", b->o.in);
+    }
     double low[3], high[3];
     const double extent = model_bounds(&b->model, low, high);
     if (!(extent > 0.0))
@@ -842,6 +846,10 @@ static int check_outputs(bake *b, output out[OUTPUTS])
             return fail(b, "cannot write %s: %s", out[i].path, strerror(errno));
         }
         fclose(probe);
+        if (!device)
+        {
+            remove(out[i].temporary); // so that a run that is interrupted leaves nothing
+        }
     }
     return 0;
 }

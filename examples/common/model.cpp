@@ -1,5 +1,6 @@
 #include "model.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -721,6 +722,112 @@ void fill_missing_normals(builder *b)
     }
 }
 
+// ---- inside out or not ----
+
+// About a point near the middle, so that a surface that is not quite closed still tells its orientation.
+double signed_volume(const builder &b)
+{
+    const std::vector<float> &p = b.positions;
+    double middle[3] = {0, 0, 0}, sum = 0.0;
+    for (size_t i = 0; i < p.size(); ++i)
+    {
+        middle[i % 3] += (double)p[i] / ((double)p.size() / 3.0);
+    }
+    for (size_t t = 0; t < b.triangles.size(); t += 3)
+    {
+        double c[3][3];
+        for (size_t i = 0; i < 9; ++i)
+        {
+            c[i / 3][i % 3] = (double)p[3 * (size_t)b.triangles[t + i / 3] + i % 3] - middle[i % 3];
+        }
+        sum += c[0][0] * (c[1][1] * c[2][2] - c[1][2] * c[2][1]) + c[0][1] * (c[1][2] * c[2][0] - c[1][0] * c[2][2]) +
+               c[0][2] * (c[1][0] * c[2][1] - c[1][1] * c[2][0]);
+    }
+    return sum / 6.0;
+}
+
+// Vertices at one place count as one: exporters split them along seams.
+std::vector<uint32_t> merged_vertices(const std::vector<float> &positions)
+{
+    std::vector<uint32_t> order(positions.size() / 3), merged(order.size());
+    for (size_t i = 0; i < order.size(); ++i)
+    {
+        order[i] = (uint32_t)i;
+    }
+    const float *const p = positions.data();
+    std::sort(order.begin(), order.end(), [p](uint32_t a, uint32_t b)
+              { return std::lexicographical_compare(p + 3 * (size_t)a, p + 3 * (size_t)a + 3, p + 3 * (size_t)b,
+                                                    p + 3 * (size_t)b + 3); });
+    for (size_t i = 0; i < order.size(); ++i)
+    {
+        const bool same = i > 0 && std::equal(p + 3 * (size_t)order[i], p + 3 * (size_t)order[i] + 3,
+                                              p + 3 * (size_t)order[i - 1]);
+        merged[order[i]] = same ? merged[order[i - 1]] : order[i];
+    }
+    return merged;
+}
+
+// The share of edges that no neighbour runs along the other way.
+double open_share(const builder &b)
+{
+    const std::vector<uint32_t> merged = merged_vertices(b.positions);
+    std::vector<uint64_t> edges;
+    edges.reserve(b.triangles.size());
+    for (size_t i = 0; i < b.triangles.size(); ++i)
+    {
+        const uint64_t from = merged[b.triangles[i]], to = merged[b.triangles[i % 3 == 2 ? i - 2 : i + 1]];
+        edges.push_back(from << 32 | to);
+    }
+    std::sort(edges.begin(), edges.end());
+    size_t open = 0;
+    for (const uint64_t edge : edges)
+    {
+        open += std::binary_search(edges.begin(), edges.end(), edge << 32 | edge >> 32) ? 0 : 1;
+    }
+    return (double)open / (double)edges.size();
+}
+
+// Some files wind all triangles clockwise, against the standard: such an object would be lit from inside. Turns it
+// round where there is no doubt: its volume is negative, and at most one edge in fifty is open.
+bool turn_outward(builder *b)
+{
+    if (signed_volume(*b) >= 0.0 || open_share(*b) > 0.02)
+    {
+        return false;
+    }
+    for (size_t t = 0; t < b->triangles.size(); t += 3)
+    {
+        std::swap(b->triangles[t + 1], b->triangles[t + 2]);
+    }
+    return true;
+}
+
+// The file's normals, where they agreed with the windings before those were turned.
+void turn_normals(builder *b)
+{
+    double along = 0.0;
+    for (size_t t = 0; t < b->triangles.size(); t += 3)
+    {
+        const float *corner[3], *normal[3];
+        for (size_t i = 0; i < 3; ++i)
+        {
+            corner[i] = &b->positions[3 * (size_t)b->triangles[t + i]];
+            normal[i] = &b->normals[3 * (size_t)b->triangles[t + i]];
+        }
+        for (size_t k = 0; k < 3; ++k)
+        {
+            const size_t l = (k + 1) % 3, m = (k + 2) % 3;
+            const double n = ((double)corner[1][l] - corner[0][l]) * ((double)corner[2][m] - corner[0][m]) -
+                             ((double)corner[1][m] - corner[0][m]) * ((double)corner[2][l] - corner[0][l]);
+            along += n * ((double)normal[0][k] + (double)normal[1][k] + (double)normal[2][k]);
+        }
+    }
+    for (size_t i = 0; i < b->normals.size() && along < 0.0; ++i)
+    {
+        b->normals[i] = -b->normals[i];
+    }
+}
+
 template <typename T> T *copied(const std::vector<T> &values)
 {
     T *const copy = (T *)std::malloc(values.size() * sizeof(T));
@@ -741,6 +848,11 @@ void load_model(const char *path, model *out)
     if (b.triangles.empty())
     {
         throw failure("the scene has no triangles");
+    }
+    out->turned = turn_outward(&b);
+    if (out->turned)
+    {
+        turn_normals(&b);
     }
     fill_missing_normals(&b);
     out->positions = copied(b.positions);

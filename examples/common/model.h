@@ -21,6 +21,7 @@ typedef struct model
     uint32_t *triangles; // [3 triangle_count], counter-clockwise from outside, also in mirrored nodes
     size_t vertex_count;
     size_t triangle_count;
+    int turned;          // 1: the file's surface is closed and inside out, so windings and normals were turned round
 } model;
 
 // Reads a file. Every offset, count and index in it is checked against the bytes that are there, so that a
