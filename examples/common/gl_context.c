@@ -47,6 +47,7 @@ struct gl_context
 
     void *library; // OSMesa
     OSMesaContext headless;
+    osmesa_make_current make_current;
     osmesa_destroy destroy;
     unsigned char *buffer;
 
@@ -114,11 +115,10 @@ static int open_osmesa(gl_context *context, int width, int height, char *error_t
     }
     const osmesa_create_attribs create =
         (osmesa_create_attribs)symbol(context->library, "OSMesaCreateContextAttribs");
-    const osmesa_make_current make_current =
-        (osmesa_make_current)symbol(context->library, "OSMesaMakeCurrent");
+    context->make_current = (osmesa_make_current)symbol(context->library, "OSMesaMakeCurrent");
     osmesa_get_proc get_proc = (osmesa_get_proc)symbol(context->library, "OSMesaGetProcAddress");
     context->destroy = (osmesa_destroy)symbol(context->library, "OSMesaDestroyContext");
-    if (!create || !make_current || !get_proc || !context->destroy)
+    if (!create || !context->make_current || !get_proc || !context->destroy)
     {
         say(error_text, error_size, "libOSMesa.so is too old: it has no OSMesaCreateContextAttribs", NULL);
         return -1;
@@ -132,7 +132,7 @@ static int open_osmesa(gl_context *context, int width, int height, char *error_t
     }
     context->buffer = calloc((size_t)width * (size_t)height, 4);
     if (!context->headless || !context->buffer ||
-        !make_current(context->headless, context->buffer, GL_UNSIGNED_BYTE, width, height))
+        !context->make_current(context->headless, context->buffer, GL_UNSIGNED_BYTE, width, height))
     {
         say(error_text, error_size, "OSMesa gives no OpenGL 3.3 core context", NULL);
         return -1;
@@ -276,6 +276,7 @@ void gl_context_free(gl_context *context)
     }
     if (context->headless)
     {
+        context->make_current(NULL, NULL, GL_UNSIGNED_BYTE, 0, 0);
         context->destroy(context->headless);
     }
     // The library stays open: Mesa's own threads and exit handlers may still need its code.
