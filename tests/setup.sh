@@ -10,7 +10,7 @@ if [ "${1:-}" = --check ]; then check=1; shift; fi
 purpose=${1:-test}
 
 build="gcc g++ libc6-dev libglfw3-dev libosmesa6-dev libtinygltf-dev libcglm-dev libstb-dev libembree-dev libcmocka-dev"
-demo="glmark2-data gltfpack"
+demo="glmark2-data gltfpack imagemagick fonts-dejavu-core"
 # The 32-bit libraries of the compiler are named after its version.
 gcc_version=$(gcc -dumpversion 2>/dev/null | cut -d. -f1)
 gate="clang libclang-rt-dev binutils glslang-tools xvfb xauth xdotool gnuplot-nox qemu-user gcc-mingw-w64-x86-64-win32
