@@ -1,6 +1,7 @@
 #!/bin/sh
 # Measures everything anew, then draws.      tests/chart/chart.sh [OUT-FOLDER [measure's options...]]
-# Writes chart.csv, with a first line that names the columns, and chart.png; default folder: this one.
+# Writes chart.csv, with a first line that names the columns, and chart.png; default folder: this one, and then README.md's
+# table too.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 out=${1:-$here}
@@ -15,3 +16,4 @@ echo "$columns,rel_l2,rel_max,image_rmse,reference" >"$work/chart.csv"
 mkdir -p "$out"
 cp "$work/chart.csv" "$out/chart.csv"
 sh "$here/draw.sh" "$out/chart.csv" "$out/chart.png"
+[ "$out" != "$here" ] || sh "$here/table.sh" --write

@@ -52,6 +52,19 @@ while read -r compiler; do
     done
 done <"$work/compilers"
 
+# What users set by hand: instruction sets at compile time, size, no assertions.
+for header in $headers; do
+    x=$(lower "$header")
+    for flags in "-O3 -march=x86-64-v3" "-O3 -march=x86-64-v4" "-Os -DNDEBUG"; do
+        for compiler in gcc clang; do
+            have $compiler || continue
+            number=$((number + 1))
+            job "$compiler $flags: $x-implementation" "
+                $compiler -std=c99 $flags $WARN -I. -c '$work/$x-implementation.c' -o '$work/$number.o'"
+        done
+    done
+done
+
 # ---- linking: every public function, declared in one file and defined in another, with libc and libm alone ----
 
 for header in $headers; do

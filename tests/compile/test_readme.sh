@@ -95,6 +95,7 @@ for x in dipole atlas lensch hao bem tsis biscale; do
         job "README.md: sss_$x.h is listed as not yet there" "grep '^|.*sss_$x\.h' README.md | grep -q 'not yet'"
     fi
 done
+job "README.md: its table is that of chart.csv" "sh tests/chart/table.sh --check"
 for link in $(grep -o ']([^)#:]*)' README.md | tr -d ']()'); do
     job "README.md: $link exists" "[ -e '$link' ]"
 done
