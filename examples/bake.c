@@ -34,7 +34,7 @@ enum
 };
 
 static const double MM_PER_METRE = 1000.0; // glTF's unit of length is the metre
-static const double FLOOR_ROOM = 0.05;     // share of the object's size by which the picture moves down for its image
+static const double FLOOR_ROOM = 0.07;     // share of the object's size by which the picture moves down for its image
 static const double ETA = 1.3;             // of the measured materials of Jensen et al. 2001
 
 // ---- options ----

@@ -21,9 +21,9 @@ mkdir -p "$work" "$(dirname "$out")"
 # ---- the same light and camera for all ----
 
 # A warm light from behind the ears, a cool one from the side, faint surroundings.
-light="--light -0.28,0.57,-0.77,6.0,5.6,5.1 --light -0.9,0.35,0.35,0.95,1.05,1.25 --ambient 0.06,0.066,0.078 --soft 7"
-look="--camera 20,8,0.97 --exposure 0.76 --floor 0.4 --background 0.20,0.19,0.18 --roughness 0.33"
-width=400 height=380
+light="--light -0.28,0.57,-0.77,6.0,5.6,5.1 --light -0.9,0.35,0.35,1.0,1.07,1.18 --ambient 0.06,0.066,0.078 --soft 7"
+look="--camera 20,8,0.97 --floor 0.4 --background 0.20,0.19,0.18 --roughness 0.33 --exposure 1.12"
+width=360 height=360
 sizes="10 25 60 150"
 diffuse_size=60 # any: without scattering inside, size changes nothing
 
@@ -37,9 +37,9 @@ material()
     esac
 }
 rows="marble skimmilk skin jade"
-title_marble="Marble"    source_marble="measured (Jensen 2001)"
-title_skimmilk="Skim milk" source_skimmilk="measured (Jensen 2001)"
-title_skin="Skin"      source_skin="measured (Jensen 2001)"
+title_marble="Marble"    source_marble="measured, Jensen 2001"
+title_skimmilk="Skim milk" source_skimmilk="measured, Jensen 2001"
+title_skin="Skin"      source_skin="measured, Jensen 2001"
 title_jade="Jade"      source_jade="by albedo and\nmean free path"
 
 # ---- bake ----
@@ -64,7 +64,7 @@ done
 
 # ---- lay out ----
 
-gap=6 margin=44 names=230 head=150 foot=64 apart=30 # pixels; `apart` sets the last column off
+gap=6 margin=40 names=270 head=170 foot=70 apart=30 # pixels; `apart` sets the last column off
 paper='#0e0d0c' ink='#e8e2d8' faint='#8f8880'
 columns=5
 sheet_width=$((margin + names + columns * width + (columns - 2) * gap + apart + margin))
@@ -80,8 +80,8 @@ for row in $rows; do
         x=$((x + width + gap))
     done
     eval "title=\$title_$row source=\$source_$row"
-    set -- "$@" -gravity NorthWest -font $bold -pointsize 33 -fill "$ink" -annotate +$margin+$((y + height / 2 - 34)) \
-        "$title" -font $font -pointsize 17 -fill "$faint" -annotate +$margin+$((y + height / 2 + 12)) "$source"
+    set -- "$@" -gravity NorthWest -font $bold -pointsize 38 -fill "$ink" -annotate +$margin+$((y + height / 2 - 40)) \
+        "$title" -font $font -pointsize 20 -fill "$faint" -annotate +$margin+$((y + height / 2 + 14)) "$source"
     y=$((y + height + gap))
 done
 
@@ -90,15 +90,16 @@ x=$((margin + names))
 for column in $sizes diffuse; do
     text="$column mm"
     [ $column = diffuse ] && text="diffuse only" x=$((x - gap + apart))
-    set -- "$@" -font $font -pointsize 25 -fill "$ink" \
-        -annotate "$(printf '%+d%+d' $((x + width / 2 - sheet_width / 2)) $((head - 46)))" "$text"
+    set -- "$@" -font $font -pointsize 32 -fill "$ink" \
+        -annotate "$(printf '%+d%+d' $((x + width / 2 - sheet_width / 2)) $((head - 54)))" "$text"
     x=$((x + width + gap))
 done
-set -- "$@" -gravity NorthWest -font $bold -pointsize 30 -fill "$ink" -annotate +$margin+30 \
-    "One bunny, one light" -font $font -pointsize 20 -fill "$faint" -annotate +$((margin + 372))+38 \
+set -- "$@" -gravity NorthWest -font $bold -pointsize 38 -fill "$ink" -annotate +$margin+30 \
+    "One bunny, one light" -font $font -pointsize 25 -fill "$faint" -annotate +$((margin + 470))+41 \
     "Only the material and the size of the object change. Light enters, scatters inside, leaves elsewhere."
-set -- "$@" -gravity SouthWest -font $font -pointsize 17 -fill "$faint" -annotate +$margin+22 \
-    "sss_dipole.h, direct gather: every one of 34,835 vertices from every one of 69,666 triangles"
+set -- "$@" -gravity SouthWest -font $font -pointsize 21 -fill "$faint" -annotate +$margin+22 \
+    "sss_dipole.h, direct gather: every one of 34,835 vertices from every one of 69,666 triangles. \
+Each picture is exposed for itself."
 
 convert "$@" -depth 8 -strip -define png:compression-level=9 "$work/gallery.png"
 mv "$work/gallery.png" "$out"

@@ -382,7 +382,7 @@ static int ascending(const void *a, const void *b)
 double shade_exposure(const model *m, const camera *eye, const float *radiosity)
 {
     static const double BRIGHT = 0.98; // this share of the vertices in view stays below the target,
-    static const double TARGET = 1.0;  // the radiance that tone mapping shows as a bright but coloured surface
+    static const double TARGET = 0.75; // the radiance that tone mapping shows as a bright but coloured surface
     float view_projection[16], from[3];
     camera_matrix(eye, 1.0, view_projection, from);
     float *const brightest = malloc(m->vertex_count * sizeof *brightest);
