@@ -1,5 +1,5 @@
-// Tests of sss_dipole.h. Oracles, named at each test: published values (Jensen et al. 2001; the notes TRUTH.md kept with
-// this project), closed forms and integrals worked out here in long double, the converged reference of
+// Tests of sss_dipole.h. Oracles, named at each test: published values (Jensen et al. 2001; the notes TRUTH.md kept
+// with this project), closed forms and integrals worked out here in long double, the converged reference of
 // tests/common/reference.h, brute force, laws of scaling and symmetry. None comes from the code under test.
 //
 // In the order of the header: materials, Fresnel, profile, irradiance, gather, what a scene needs; then conduct under
@@ -327,8 +327,8 @@ static void three_ways_to_give_a_material_agree(void)
             CHECK_REL(mean_free_path[c], (double)p.z[0], 1e-14);
             keep_worst(&worst_s, relative_error(back.sigma_s[c], m->sigma_s[c]));
             const double lost = (double)oracle_lost(&p);
-            keep_worst(&worst_a, m->sigma_a[c] == 0.0 ? back.sigma_a[c]
-                                                      : relative_error(back.sigma_a[c], m->sigma_a[c]) * fmin(1.0, lost));
+            const double error_a = relative_error(back.sigma_a[c], m->sigma_a[c]);
+            keep_worst(&worst_a, m->sigma_a[c] == 0.0 ? back.sigma_a[c] : error_a * fmin(1.0, lost));
         }
         CHECK_BELOW(worst_s, 1e-12);
         CHECK_BELOW(worst_a, 1e-12);
@@ -352,8 +352,8 @@ static void three_ways_to_give_a_material_agree(void)
 }
 
 static void albedo_inversion_covers_zero_to_one(void)
-{   // Oracle: the closed-form total of the material found, in long double: it must be the albedo asked for, relative to R
-    // where R is small and relative to 1 - R where R is near 1.
+{   // Oracle: the closed-form total of the material found, in long double: it must be the albedo asked for, relative to
+    // R where R is small and relative to 1 - R where R is near 1.
     static const double albedos[16] = {1e-300, 1e-30, 1e-12, 1e-6, 1e-3, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999,
                                        1.0 - 1e-6, 1.0 - 1e-9, 1.0 - 1e-12, 1.0 - DBL_EPSILON / 2.0};
     static const double etas[7] = {0.1, 1.0 / 3.0, 0.8, 1.0, 1.3, 3.0, 10.0};
@@ -469,8 +469,8 @@ static void diffuse_fresnel_matches_published_values(void)
 }
 
 static void diffuse_fresnel_is_the_integral_of_fresnel(void)
-{   // Oracle: tanh-sinh quadrature of 2 mu F(mu) in long double. eta in [1/3, 3] to 1e-12, in [0.1, 10] as well; close to
-    // 1 on both sides, where the closed form's terms cancel.
+{   // Oracle: tanh-sinh quadrature of 2 mu F(mu) in long double. eta in [1/3, 3] to 1e-12, in [0.1, 10] as well; close
+    // to 1 on both sides, where the closed form's terms cancel.
     static const double near[12] = {0.1, 0.2, 5.0, 10.0, 1.0 - 1e-3, 1.0 + 1e-3, 1.0 - 1e-6, 1.0 + 1e-6,
                                     1.0 - 1e-9, 1.0 + 1e-9, 1.0 - 1e-12, 1.0 + 1e-12};
     double worst_internal = 0.0, worst_external = 0.0, worst_identity = 0.0, worst_near = 0.0;
@@ -573,8 +573,8 @@ static long double exit_moment(const void *context, long double mu)
 }
 
 static void white_furnace_at_the_boundary(void)
-{   // Oracle: TRUTH.md 2.4, note 2. A medium that absorbs nothing under uniform light of radiance 1: E = pi (1 - F_ext),
-    // B = E; what leaves over what came is F_ext + (1 - F_ext) int 2 mu factor dmu.
+{   // Oracle: TRUTH.md 2.4, note 2. A medium that absorbs nothing under uniform light of radiance 1: E = pi (1 -
+    // F_ext), B = E; what leaves over what came is F_ext + (1 - F_ext) int 2 mu factor dmu.
     static const double n[3] = {1.3, 1.4, 1.5}, paper[3] = {0.942605, 0.929088, 0.916645};
     static const double one_minus_F[3] = {0.938868, 0.923188, 0.908222};
     for (int i = 0; i < 3; ++i)
@@ -771,7 +771,8 @@ static void totals_are_integrals_of_the_profile(void)
 }
 
 static void radius_inverts_the_flux(void)
-{   // Oracle: the flux inside the radius found, in long double; at large fractions the flux beyond, which does not cancel.
+{   // Oracle: the flux inside the radius found, in long double; at large fractions the flux beyond, which does not
+    // cancel.
     static const double fractions[11] = {1e-12, 1e-6, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.999, 1.0 - 1e-6, 1.0 - 1e-9,
                                          1.0 - 1e-12};
     for (size_t i = 0; i < COUNT(profiles); ++i)
@@ -963,18 +964,24 @@ static const double ring_edges[14] = {0, .1, .2, .5, 1, 1.5, 2, 3, 4, 5, 7, 10, 
 // TRUTH.md 1.5, cases A, D, G; radii in mean free paths.
 static const ring_case rings[3] = {
     {"A", .9, 1,
-     {.039088, .032739, .075326, .083490, .054857, .037217, .044592, .022378, .011645, .009279, .003124, .000567, .000029},
-     {.002260, .006588, .039483, .087623, .073794, .053233, .062970, .030279, .014683, .010848, .003273, .000526, .000024}},
+     {.039088, .032739, .075326, .083490, .054857, .037217, .044592,
+      .022378, .011645, .009279, .003124, .000567, .000029},
+     {.002260, .006588, .039483, .087623, .073794, .053233, .062970,
+      .030279, .014683, .010848, .003273, .000526, .000024}},
     {"D", .99, 1.3,
-     {.030589, .024727, .058399, .076748, .064283, .055101, .088527, .065032, .047832, .061034, .045075, .026932, .007837},
-     {.002525, .007362, .044107, .098053, .084175, .064576, .091503, .063021, .045921, .059621, .044842, .027097, .007872}},
+     {.030589, .024727, .058399, .076748, .064283, .055101, .088527,
+      .065032, .047832, .061034, .045075, .026932, .007837},
+     {.002525, .007362, .044107, .098053, .084175, .064576, .091503,
+      .063021, .045921, .059621, .044842, .027097, .007872}},
     {"G", .99843756, 1.5,
-     {.024963, .019288, .046091, .063356, .057022, .052446, .090779, .073961, .059647, .087460, .080976, .069175, .032059},
-     {.002531, .007377, .044132, .097505, .082587, .062362, .087693, .062687, .049763, .075899, .075374, .068050, .032767}}};
+     {.024963, .019288, .046091, .063356, .057022, .052446, .090779,
+      .073961, .059647, .087460, .080976, .069175, .032059},
+     {.002531, .007377, .044132, .097505, .082587, .062362, .087693,
+      .062687, .049763, .075899, .075374, .068050, .032767}}};
 
 static void the_model_fails_as_documented_by_radius(void)
-{   // Oracle: MCML. Close in, the dipole has 6 to 40 % of the true flux; at half to one and a half mean free paths it has
-    // up to half too much; farther than ten it is within 5 % for alpha' >= 0.99, and too steep for alpha' = 0.9.
+{   // Oracle: MCML. Close in, the dipole has 6 to 40 % of the true flux; at half to one and a half mean free paths it
+    // has up to half too much; farther than ten it is within 5 % for alpha' >= 0.99, and too steep for alpha' = 0.9.
     for (size_t i = 0; i < COUNT(rings); ++i)
     {
         const ring_case *t = &rings[i];
@@ -1195,8 +1202,8 @@ static double oracle_environment(const double sh[9][3], int channel, const doubl
 }
 
 static void environment_is_an_integral_over_the_hemisphere(void)
-{   // Oracle: brute-force quadrature of the nine coefficients' radiance times F_t cos. Bands do not mix, so that nothing
-    // is lost by stopping at band 2.
+{   // Oracle: brute-force quadrature of the nine coefficients' radiance times F_t cos. Bands do not mix, so that
+    // nothing is lost by stopping at band 2.
     static const double etas[3] = {1.0, 1.3, 1.5};
     double worst[2] = {0.0, 0.0};
     random_seed(3);
@@ -1604,8 +1611,9 @@ static sss_profile marble_with_path(double mean_free_path)
 }
 
 static void coarse_meshes_converge(void)
-{   // Oracle: the converged reference. Mean free paths of a tenth, a hundredth and 1e-4 of an edge; receivers on vertices,
-    // inside triangles and on edges; irradiance at vertices and at triangles. Point sampling, the mutation, fails badly.
+{   // Oracle: the converged reference. Mean free paths of a tenth, a hundredth and 1e-4 of an edge; receivers on
+    // vertices, inside triangles and on edges; irradiance at vertices and at triangles. Point sampling, the mutation,
+    // fails badly.
     static const double shares[3] = {0.1, 0.01, 1e-4};
     mesh_data sphere;
     receivers at;
@@ -1623,7 +1631,8 @@ static void coarse_meshes_converge(void)
             g.elements = (sss_dipole_elements)elements;
             g.E = E[elements];
             g.at = &at;
-            (void)snprintf(name, sizeof name, "mean free path %g edge, %s", shares[i], elements ? "triangles" : "vertices");
+            (void)snprintf(name, sizeof name, "mean free path %g edge, %s", shares[i],
+                           elements ? "triangles" : "vertices");
             for (int geometry = 0; geometry < 2; ++geometry)
                 gather_on_every_path(&g, (sss_dipole_geometry)geometry, 1e-3, 0, name);
         }
@@ -1688,8 +1697,8 @@ static void the_tolerance_is_kept(void)
 }
 
 static void a_plane_gives_the_total(void)
-{   // Oracle: Rd_total under uniform irradiance; the square holds all but 1e-9 of it. Then the white furnace: a square of
-    // a medium that absorbs nothing, where the flux that leaves beyond the border is known by border integral.
+{   // Oracle: Rd_total under uniform irradiance; the square holds all but 1e-9 of it. Then the white furnace: a square
+    // of a medium that absorbs nothing, where the flux that leaves beyond the border is known by border integral.
     mesh_data plane;
     receivers at;
     if (mesh_grid(48, 400.0, &plane) != 0 || receivers_allocate(&at, 24) != 0)
@@ -1723,7 +1732,8 @@ static void a_plane_gives_the_total(void)
             {
                 const size_t c = i % 3;
                 const double x = at.positions[3 * (i / 3)], y = at.positions[3 * (i / 3) + 1];
-                const double square[4][2] = {{-200 - x, -200 - y}, {200 - x, -200 - y}, {200 - x, 200 - y}, {-200 - x, 200 - y}};
+                const double square[4][2] = {
+                    {-200 - x, -200 - y}, {200 - x, -200 - y}, {200 - x, 200 - y}, {-200 - x, 200 - y}};
                 double share = 0.0;
                 for (int source = 0; source < 2; ++source)
                 {
@@ -1817,8 +1827,9 @@ static void point_emitters(void)
 
 static void every_path_holds_its_tolerance(void)
 {   // Oracle: R_d in double. One emitter, 6000 distances from 1e-4 to 1e4 mean free paths, equal in logarithm, so that
-    // each stands for an area of r^2: in relative L2 over the plane a path may be off by stats.path_tolerance, beside the
-    // rounding of a float distance. At no distance may R_d itself be off by 1 % where it is above 1e-30 of its peak.
+    // each stands for an area of r^2: in relative L2 over the plane a path may be off by stats.path_tolerance, beside
+    // the rounding of a float distance. At no distance may R_d itself be off by 1 % where it is above 1e-30 of its
+    // peak.
     enum { RECEIVERS = 6000 };
     static const char *names[4] = {"Marble", "Ketchup", "Spectralon", "Cream"};
     static const float origin[3] = {0.0f, 0.0f, 0.0f}, area[1] = {1.0f}, E[3] = {1.0f, 1.0f, 1.0f};
@@ -1846,7 +1857,8 @@ static void every_path_holds_its_tolerance(void)
             for (size_t k = 0; k < 3; ++k)
             {
                 at.positions[3 * i + k] = (float)(r * d[k] / sqrt(length));
-                at.normals[3 * i + k] = (float)(i % 2 ? n[k] : d[(k + 1) % 3] * n[(k + 2) % 3] - d[(k + 2) % 3] * n[(k + 1) % 3]);
+                const double across = d[(k + 1) % 3] * n[(k + 2) % 3] - d[(k + 2) % 3] * n[(k + 1) % 3];
+                at.normals[3 * i + k] = (float)(i % 2 ? n[k] : across);
             }
         }
         for (int geometry = 0; geometry < 2; ++geometry)
@@ -2081,8 +2093,9 @@ static void radiosity_is_linear_in_irradiance(void)
 }
 
 static void units_and_places_change_nothing(void)
-{   // Oracle: R_d(r; k sigma) = k^2 R_d(k r; sigma), so that B stays when the mesh shrinks with the mean free path: from
-    // 1e-6 to 1e6 mm per unit. And a mesh 4096 units from the origin, against the reference on the very same floats.
+{   // Oracle: R_d(r; k sigma) = k^2 R_d(k r; sigma), so that B stays when the mesh shrinks with the mean free path:
+    // from 1e-6 to 1e6 mm per unit. And a mesh 4096 units from the origin, against the reference on the very same
+    // floats.
     small_scene s;
     sss_dipole_gather_stats stats;
     if (small_scene_make(&s, 3, 3.0) != 0)
@@ -2146,8 +2159,8 @@ static void tiny_objects(void)
 }
 
 static void enormous_objects(void)
-{   // Oracle: the reference, for edges of a million mean free paths. The floats of the receivers lie a sixth of a mean free
-    // path off the surface there; the tolerance is met, or the stats say that it is not.
+{   // Oracle: the reference, for edges of a million mean free paths. The floats of the receivers lie a sixth of a mean
+    // free path off the surface there; the tolerance is met, or the stats say that it is not.
     small_scene s;
     if (small_scene_make(&s, 2, 1.0) != 0)
         SKIP("out of memory");
@@ -2217,7 +2230,8 @@ static void untidy_meshes(void)
 
 static void special_media(void)
 {   // Oracle: the reference for eta = 1 and for sigma_a = 0; exactly 0 without scattering and without a medium.
-    static const double sigma_s[4] = {1.0, 2.0, 0.0, 0.0}, sigma_a[4] = {0.05, 0.0, 1.0, 0.0}, eta[4] = {1.0, 1.3, 1.3, 1.3};
+    static const double sigma_s[4] = {1.0, 2.0, 0.0, 0.0}, sigma_a[4] = {0.05, 0.0, 1.0, 0.0};
+    static const double eta[4] = {1.0, 1.3, 1.3, 1.3};
     static const char *const names[4] = {"eta 1", "no absorption", "no scattering", "no medium"};
     for (int i = 0; i < 4; ++i)
     {
@@ -2362,8 +2376,8 @@ static void lambert_error_is_predicted(void)
 }
 
 static void lambert_error_is_predicted_on_a_sphere(void)
-{   // Oracle: the reference on a sphere of marble, lit from above up to its equator: a shadow edge all around. The plane's
-    // law must hold within a factor of three where the mean free path is small beside the object.
+{   // Oracle: the reference on a sphere of marble, lit from above up to its equator: a shadow edge all around. The
+    // plane's law must hold within a factor of three where the mean free path is small beside the object.
     mesh_data sphere;
     receivers at;
     if (mesh_sphere(4, 25.0, &sphere) != 0 || vertices_by_area(&sphere, 60, &at) != 0)
@@ -2457,8 +2471,8 @@ static void lambert_where_scattering_is_invisible(void)
 }
 
 static void radius_and_crossing_are_what_they_say(void)
-{   // Oracle: the flux beyond the radius, in long double: at most the tolerance in every channel, and in the worst one not
-    // less than a quarter of it. Light that crosses is the flux beyond the thickness.
+{   // Oracle: the flux beyond the radius, in long double: at most the tolerance in every channel, and in the worst one
+    // not less than a quarter of it. Light that crosses is the flux beyond the thickness.
     static const double tolerances[3] = {1e-1, 1e-2, 1e-3};
     for (size_t i = 0; i < COUNT(published); ++i)
         for (size_t k = 0; k < COUNT(tolerances); ++k)
@@ -2544,8 +2558,8 @@ static double point_sampling_error(const sss_profile *p, double h)
 }
 
 static void the_advised_spacing_is_enough(void)
-{   // Oracle: Rd_total on a plane under uniform light. Point samples on triangles of the advised edge: the error is within
-    // the tolerance, and so close to it that the edges could not be much longer: at three times it is beyond.
+{   // Oracle: Rd_total on a plane under uniform light. Point samples on triangles of the advised edge: the error is
+    // within the tolerance, and so close to it that the edges could not be much longer: at three times it is beyond.
     static const double tolerances[2] = {1e-2, 1e-3};
     const sss_profile p = profile_from(2.0, 0.05, 1.3);
     for (size_t k = 0; k < COUNT(tolerances); ++k)
@@ -2651,7 +2665,8 @@ static void bad_materials_are_refused(void)
     for (size_t i = 0; i < COUNT(bad_g); ++i)
     {
         FAILS(sss_dipole_material_from_scattering(half, half, bad_g[i], 1.3, out), SSS_ERROR_INVALID_ARGUMENT);
-        FAILS(sss_dipole_material_to_scattering(&m, bad_g[i], OUT(double), OUT(double) + 3), SSS_ERROR_INVALID_ARGUMENT);
+        FAILS(sss_dipole_material_to_scattering(&m, bad_g[i], OUT(double), OUT(double) + 3),
+              SSS_ERROR_INVALID_ARGUMENT);
     }
     FAILS(sss_dipole_material_to_albedo(NULL, OUT(double), OUT(double) + 3), SSS_ERROR_INVALID_ARGUMENT);
     FAILS(sss_dipole_material_to_albedo(&m, NULL, OUT(double)), SSS_ERROR_INVALID_ARGUMENT);
@@ -2751,7 +2766,8 @@ static void bad_arrays_are_refused(void)
     test_about("bad profile");
     r[3] = 3.0;
     FAILS(sss_dipole_Rd_array(&bad, r, 4, out), SSS_ERROR_INVALID_ARGUMENT);
-    FAILS(sss_dipole_get_glsl_uniforms(&bad, SSS_DIPOLE_EXIT_PAPER, OUT(sss_dipole_glsl_uniforms)), SSS_ERROR_INVALID_ARGUMENT);
+    FAILS(sss_dipole_get_glsl_uniforms(&bad, SSS_DIPOLE_EXIT_PAPER, OUT(sss_dipole_glsl_uniforms)),
+          SSS_ERROR_INVALID_ARGUMENT);
 }
 
 // Every way in which a mesh can be bad, with the code that says why; NULL after the last.
@@ -2908,9 +2924,10 @@ static void bad_gathers_are_refused(void)
     // Clouds of points.
     const float positions[6] = {0, 0, 0, 1, 1, 1}, areas[2] = {1, 1}, minus[2] = {1, -1}, nan2[2] = {1, (float)NAN};
     const float nan6[6] = {0, 0, 0, 1, 1, (float)NAN};
-    const sss_dipole_points clouds[8] = {{NULL, areas, 2, 1.0},      {positions, NULL, 2, 1.0}, {positions, minus, 2, 1.0},
-                                         {positions, nan2, 2, 1.0},  {nan6, areas, 2, 1.0},     {positions, areas, 2, 0.0},
-                                         {positions, areas, 0, 1.0}, {positions, areas, SIZE_MAX / 2, 1.0}};
+    const sss_dipole_points clouds[8] = {
+        {NULL, areas, 2, 1.0}, {positions, NULL, 2, 1.0},  {positions, minus, 2, 1.0}, {positions, nan2, 2, 1.0},
+        {nan6, areas, 2, 1.0}, {positions, areas, 2, 0.0}, {positions, areas, 0, 1.0},
+        {positions, areas, SIZE_MAX / 2, 1.0}};
     for (size_t i = 0; i < COUNT(clouds); ++i)
     {
         const sss_result code = i < 6 ? SSS_ERROR_INVALID_ARGUMENT : (i == 6 ? SSS_ERROR_EMPTY : SSS_ERROR_OVERFLOW);
@@ -2999,7 +3016,8 @@ static void bad_scenes_are_refused(void)
     FAILS(sss_dipole_get_glsl_uniforms(NULL, SSS_DIPOLE_EXIT_PAPER, OUT(sss_dipole_glsl_uniforms)),
           SSS_ERROR_INVALID_ARGUMENT);
     FAILS(sss_dipole_get_glsl_uniforms(&p, SSS_DIPOLE_EXIT_PAPER, NULL), SSS_ERROR_INVALID_ARGUMENT);
-    FAILS(sss_dipole_get_glsl_uniforms(&p, (sss_dipole_exit)4, OUT(sss_dipole_glsl_uniforms)), SSS_ERROR_INVALID_ARGUMENT);
+    FAILS(sss_dipole_get_glsl_uniforms(&p, (sss_dipole_exit)4, OUT(sss_dipole_glsl_uniforms)),
+          SSS_ERROR_INVALID_ARGUMENT);
     CHECK(sss_dipole_glsl((sss_dipole_glsl_piece)3) == NULL && sss_dipole_glsl((sss_dipole_glsl_piece)-1) == NULL);
     for (int i = 0; i < 3; ++i)
     {
@@ -3163,8 +3181,8 @@ static void every_allocation_may_fail(void)
 }
 
 static void progress_may_cancel(void)
-{   // Oracle: a ledger under hooks.progress. Cancelled at call k, for the first twenty k: the code says so, nothing leaks,
-    // the output is untouched; fractions rise and stay in [0, 1].
+{   // Oracle: a ledger under hooks.progress. Cancelled at call k, for the first twenty k: the code says so, nothing
+    // leaks, the output is untouched; fractions rise and stay in [0, 1].
     small_scene s;
     if (small_scene_make(&s, 3, 3.0) != 0)
         SKIP("out of memory");
@@ -3291,11 +3309,11 @@ static int plain_loop_make(const mesh_data *mesh, const gather_case *g, sss_dipo
     return 0;
 }
 
-// Seconds a receiver of the plain loop, then of each path (0: not on this processor), as medians of five, interleaved so
-// that a busy machine slows all alike.
+// Seconds a receiver of the plain loop, then of each path (0: not on this processor), as medians of five, interleaved
+// so that a busy machine slows all alike.
 static void time_all(const mesh_data *mesh, const gather_case *g, sss_dipole_geometry geometry, double seconds[6])
 {
-    plain_loop loop;
+    plain_loop loop = {failed_profile(), NULL, NULL, 0, NULL, NULL, 0};
     double *memory, B_plain[3 * SPEED_PLAIN], runs[6][5];
     static float B[3 * SPEED_FAST];
     sss_dipole_gather *gathers[5] = {NULL, NULL, NULL, NULL, NULL};
@@ -3338,10 +3356,10 @@ static void time_all(const mesh_data *mesh, const gather_case *g, sss_dipole_geo
 }
 
 static void gather_is_fast(void)
-{   // Oracle: the clock. One thread, cc -O2, default options, the bunny at 10 and 50 mm in marble: at least 20 times the
-    // plain scalar loop on the best path of a processor with AVX-512, at least 8 times with AVX2, though near triangles
-    // are integrated and the loop samples points. With placed sources, which need two tables, at least 8 times on both.
-    // Ratios within one run, medians of five.
+{   // Oracle: the clock. One thread, cc -O2, default options, the bunny at 10 and 50 mm in marble: at least 20 times
+    // the plain scalar loop on the best path of a processor with AVX-512, at least 8 times with AVX2, though near
+    // triangles are integrated and the loop samples points. With placed sources, which need two tables, at least 8
+    // times on both. Ratios within one run, medians of five.
     mesh_data bunny;
     receivers at;
     if (mesh_load_bunny(&bunny) != 0)
@@ -3352,8 +3370,8 @@ static void gather_is_fast(void)
     for (int size = 10; size <= 50; size += 40)
         for (int geometry = 0; geometry < 2; ++geometry)
         {
-            gather_case g = {mesh_view(&bunny, size / mesh_extent(&bunny)), profile_of("Marble"), SSS_DIPOLE_VERTICES, E,
-                             &at};
+            gather_case g = {mesh_view(&bunny, size / mesh_extent(&bunny)), profile_of("Marble"),
+                             SSS_DIPOLE_VERTICES, E, &at};
             double seconds[6];
             const double pairs = (double)bunny.triangle_count, bar = geometry == 0 ? 20.0 : 8.0;
             test_about("%d mm, %s", size, geometry_names[geometry]);

@@ -194,8 +194,8 @@ typedef struct stand
 } stand;
 
 static void peaks_are_never_missed(void)
-{   // Oracle: border integral. Mean free paths from 1e3 to 1e-6 of an edge; receivers on a vertex, on the border, on the
-    // inner edge, inside, beside and above the mesh.
+{   // Oracle: border integral. Mean free paths from 1e3 to 1e-6 of an edge; receivers on a vertex, on the border, on
+    // the inner edge, inside, beside and above the mesh.
     static const stand stands[6] = {{"vertex", {0.0f, 0.0f, 0.0f}},          {"border", {0.375f, 0.0f, 0.0f}},
                                     {"inner edge", {0.625f, 0.625f, 0.0f}},  {"inside", {0.8125f, 0.1875f, 0.0f}},
                                     {"beside", {1.0625f, 0.5f, 0.0f}},       {"above", {0.6875f, 0.25f, 0.03125f}}};
@@ -240,7 +240,8 @@ static void strong_absorption_on_a_coarse_mesh(void)
 }
 
 static void linear_irradiance(void)
-{   // Oracle: E = 2 + 3x - y over a rectangle: zeroth moment by border integral, first moments by hand in one direction.
+{   // Oracle: E = 2 + 3x - y over a rectangle: zeroth moment by border integral, first moments by hand in one
+    // direction.
     static const float at[3] = {0.25f, 0.375f, 0.0f};
     const double x0 = -0.25, x1 = 0.75, y0 = -0.375, y1 = 0.625; // the unit square seen from the receiver
     const double corners[4][2] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
@@ -354,9 +355,9 @@ static void random_triangle(double h, double reach, double corners[3][3], double
 }
 
 static void the_estimate_is_honest_on_one_triangle(void)
-{   // Oracle: 96 x 96 Gauss points. Sizes from 1/300 of a mean free path to 3; both geometries; estimate >= truth always,
-    // and where the triangle is resolved at all, within reason: the mean of log10(estimate/truth) is bounded, for an
-    // estimate that is always huge would be no use either.
+{   // Oracle: 96 x 96 Gauss points. Sizes from 1/300 of a mean free path to 3; both geometries; estimate >= truth
+    // always, and where the triangle is resolved at all, within reason: the mean of log10(estimate/truth) is bounded,
+    // for an estimate that is always huge would be no use either.
     static const double normal[3] = {0.6, 0.0, 0.8};
     sss_profile profile = marble_like();
     for (int g = 0; g < 2; ++g)

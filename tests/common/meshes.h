@@ -34,7 +34,8 @@ int mesh_rectangle(double x0, double x1, double y0, double y1, mesh_data *out);
 // An octahedron whose triangles are split in four `levels` times and pushed out to the radius: 8 * 4^levels triangles.
 int mesh_sphere(int levels, double radius, mesh_data *out);
 
-// Vertex clustering: one vertex (the mean) for each occupied cell of a cubic grid; degenerate and repeated triangles go.
+// Vertex clustering: one vertex (the mean) for each occupied cell of a cubic grid; degenerate and repeated triangles
+// go.
 int mesh_cluster(const mesh_data *in, double cell, mesh_data *out);
 
 // Clusters with the cell size that leaves about 1/factor of the triangles.

@@ -2,11 +2,11 @@
 // precision, adaptive, with an estimate of its own error. Works from the formulas of Jensen et al. 2001 and Mertens et
 // al. 2003 (shared: TRUTH.md, section 2); it uses only the types of sss_dipole.h, none of its code.
 //
-// The method: a degree-5 rule with seven points on each triangle. Where the distance h from the triangle's centroid
-// to its farthest corner is small beside the distance s of the source and beside 1/sigma_tr, the remainder of the
-// Taylor series of the kernel bounds the rule's error; where it is not, the error is taken to be the largest
-// possible contribution, area x max E x max R_d. The worst triangle is halved across its longest edge until
-// the sum of the errors is small enough. A peak that falls between the sample points is therefore never missed: its triangle is split
+// The method: a degree-5 rule with seven points on each triangle. Where the distance h from the triangle's centroid to
+// its farthest corner is small beside the distance s of the source and beside 1/sigma_tr, the remainder of the Taylor
+// series of the kernel bounds the rule's error; where it is not, the error is taken to be the largest possible
+// contribution, area x max E x max R_d. The worst triangle is halved across its longest edge until the sum of the
+// errors is small enough. A peak that falls between the sample points is therefore never missed: its triangle is split
 // because it could hold one, not because a sample saw it.
 
 #ifndef SSS_TESTS_REFERENCE_H
