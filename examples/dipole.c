@@ -24,10 +24,6 @@ typedef struct scene
     char reason[1024];   // of the last failure
 } scene;
 
-static const lights sun = {.direction = {{-0.5, 0.6, -0.7}, {0.8, 0.5, 0.5}},
-                           .color = {{3.0, 2.8, 2.5}, {0.3, 0.35, 0.4}}, .count = 2, .softness = 6.0,
-                           .ambient = {0.12, 0.14, 0.17}};
-
 static int fail(scene *s, const char *what, sss_result result)
 {
     snprintf(s->reason, sizeof s->reason, "%s: %s", what, sss_result_string(result));
@@ -39,19 +35,15 @@ static int scatter(scene *s, const char *name, double size_mm)
 {
     const size_t n = s->m.vertex_count;
     s->E = malloc(10 * n * sizeof *s->E);
-    if (!s->E)
-    {
-        return fail(s, "mesh", SSS_ERROR_OUT_OF_MEMORY);
-    }
-    s->B = s->E + 3 * n;
-    s->seen = s->B + 3 * n;
     sss_dipole_material medium;
-    sss_result result = sss_dipole_material_by_name(name, &medium);
+    sss_result result = s->E ? sss_dipole_material_by_name(name, &medium) : SSS_ERROR_OUT_OF_MEMORY;
     if (result != SSS_OK || (result = sss_dipole_profile(&medium, SSS_DIPOLE_FRESNEL_EXACT, &s->profile)) != SSS_OK)
     {
         return fail(s, name, result);
     }
-    if (lights_irradiance(&sun, &s->m, medium.eta, threads_available(), s->E, s->seen, s->reason,
+    s->B = s->E + 3 * n;
+    s->seen = s->B + 3 * n;
+    if (lights_irradiance(&lights_studio, &s->m, medium.eta, threads_available(), s->E, s->seen, s->reason,
                           sizeof s->reason) != 0)
     {
         return -1;
@@ -67,15 +59,12 @@ static int scatter(scene *s, const char *name, double size_mm)
 static int show(scene *s, gl_context *context, const char *png)
 {
     static unsigned char rgb[3 * SIDE * SIDE];
-    shade_view view = {.eye = {.azimuth = 20.0, .elevation = 8.0, .zoom = 1.0}, .roughness = 0.35,
-                       .background = {{0.07, 0.075, 0.085}, {0.16, 0.175, 0.2}}};
-    shade *const drawn = shade_create(context, &s->m, &sun, s->reason, sizeof s->reason);
+    shade_view view = shade_studio(&s->m, s->B, 1.0);
+    shade *const drawn = shade_create(context, &s->m, &lights_studio, s->reason, sizeof s->reason);
     if (!drawn)
     {
         return -1;
     }
-    camera_fit(&view.eye, s->m.positions, s->m.vertex_count, 1.0);
-    view.exposure = shade_exposure(&s->m, &view.eye, s->B);
     shade_set_profile(drawn, &s->profile, SSS_DIPOLE_EXIT_PAPER);
     shade_set_radiosity(drawn, s->B, s->seen);
     for (gl_input input = {.width = SIDE, .height = SIDE}; !png && !input.close;)
@@ -92,17 +81,28 @@ static int show(scene *s, gl_context *context, const char *png)
 int main(int argc, char **argv)
 {
     static scene s;
-    const char *const png = argc > 3 && strcmp(argv[argc - 2], "--headless") == 0 ? argv[argc - 1] : NULL;
-    const int words = png ? argc - 2 : argc;
-    const double size_mm = words > 3 ? strtod(argv[3], NULL) : 40.0;
-    if (words < 2 || words > 4 || !(size_mm > 0.0))
+    const char *png = NULL, *words[4] = {NULL, "marble", "40", NULL}; // mesh, material, size in mm, and no more
+    int count = 0;
+    for (int i = 1; i < argc; ++i)
+    {
+        if (strcmp(argv[i], "--headless") == 0 && i + 1 < argc)
+        {
+            png = argv[++i];
+        }
+        else if (count < 4)
+        {
+            words[count++] = argv[i];
+        }
+    }
+    const double size_mm = strtod(words[2], NULL);
+    if (!words[0] || words[3] || !(size_mm > 0.0))
     {
         fprintf(stderr, "usage: dipole MESH.glb [material] [size in mm] [--headless OUT.png]\n");
         return 2;
     }
     gl_context *context = NULL;
-    int status = model_load(argv[1], &s.m, s.reason, sizeof s.reason);
-    status = status ? status : scatter(&s, words > 2 ? argv[2] : "marble", size_mm);
+    int status = model_load(words[0], &s.m, s.reason, sizeof s.reason);
+    status = status ? status : scatter(&s, words[1], size_mm);
     if (status == 0)
     {
         context = png ? gl_context_create_headless(SIDE, SIDE, s.reason, sizeof s.reason)

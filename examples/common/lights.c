@@ -11,6 +11,10 @@
 static const double PI = 3.14159265358979323846;
 static const double GOLDEN_ANGLE = 2.39996322972865332; // pi (3 - sqrt 5): spreads points evenly on discs and spheres
 
+const lights lights_studio = {.direction = {{-0.28, 0.57, -0.77}, {-0.9, 0.35, 0.35}},
+                              .color = {{6.0, 5.6, 5.1}, {1.0, 1.07, 1.18}}, .count = 2, .softness = 7.0,
+                              .ambient = {0.06, 0.066, 0.078}};
+
 enum
 {
     SOFT_SAMPLES = 48,    // directions in one soft light

@@ -25,6 +25,9 @@ typedef struct lights
     int no_shadows;
 } lights;
 
+// A warm sun behind the object, a faint cool light from the side, dim surroundings: what shows translucency best.
+extern const lights lights_studio;
+
 // Computes the irradiance at the vertices with the entering Fresnel transmittance of a medium of index eta.
 //   irradiance  [vertex_count][3]
 //   seen        [vertex_count][4] for drawing reflections, may be NULL: the visible share of lights 0 to 2, and of

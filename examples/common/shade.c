@@ -405,3 +405,12 @@ double shade_exposure(const model *m, const camera *eye, const float *radiosity)
     free(brightest);
     return exposure;
 }
+
+shade_view shade_studio(const model *m, const float *radiosity, double aspect)
+{
+    shade_view view = {.eye = {.azimuth = 20.0, .elevation = 8.0, .zoom = 1.0}, .roughness = 0.35,
+                       .background = {{0.09, 0.09, 0.095}, {0.16, 0.17, 0.19}}};
+    camera_fit(&view.eye, m->positions, m->vertex_count, aspect);
+    view.exposure = shade_exposure(m, &view.eye, radiosity);
+    return view;
+}

@@ -44,6 +44,9 @@ void shade_draw(const shade *s, const shade_view *view, int width, int height);
 int shade_picture(const shade *s, const shade_view *view, int width, int height, int supersample, unsigned char *rgb,
                   char *error_text, size_t error_size);
 
+// A view to begin with: the whole model on a dark ground, slightly glossy, well exposed.
+shade_view shade_studio(const model *m, const float *radiosity, double aspect);
+
 // The exposure that puts the brightest parts of what the camera faces just below white.
 double shade_exposure(const model *m, const camera *eye, const float *radiosity);
 
