@@ -103,7 +103,7 @@ $(B)/libexamples.a: $(EXAMPLE_OBJECTS)
 $(B)/libtests.a: $(TEST_OBJECTS)
 	rm -f $@ && $(AR) rcs $@ $^
 
-# The linker is the C++ one because tinygltf is C++. Examples may measure themselves against the reference of tests/common.
+# The linker is the C++ one because tinygltf is C++. Examples may measure themselves against tests/common's reference.
 $(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libexamples.a $(B)/libtests.a
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 

@@ -21,8 +21,7 @@ for test in "$@"; do
     status=$(cat "$log.status")
     took=$(( $(date +%s) - start ))
 
-    counts=$(sed -n 's/^\([0-9][0-9]*\) passed, \([0-9][0-9]*\) failed\(, \([0-9][0-9]*\) skipped\)\{0,1\}$/\1 \2 \4/p' \
-             "$log" | tail -n 1)
+    counts=$(grep -E '^[0-9]+ passed, [0-9]+ failed(, [0-9]+ skipped)?$' "$log" | tail -n 1 | tr -cs 0-9 ' ')
     set -- $counts
     p=${1:-0} f=${2:-0} s=${3:-0} remark=
     if [ $# -lt 2 ] || [ $((p + f)) = 0 ]; then f=$((f + 1)) remark=" (no check ran)"

@@ -170,7 +170,8 @@ static void dumps_are_what_the_library_computes(void)
 {
     expected e;
     if (compute_expected(&e) &&
-        CHECK_EQUAL(bake(MESH " %s --tolerance 0.001 --dump " FOLDER "B.f32 --dump-irradiance " FOLDER "E.f32", scene), 0))
+        CHECK_EQUAL(bake(MESH " %s --tolerance 0.001 --dump " FOLDER "B.f32 --dump-irradiance " FOLDER "E.f32", scene),
+                    0))
     {
         const size_t count = 3 * e.mesh.vertex_count;
         float *const B = load_floats(FOLDER "B.f32", count), *const E = load_floats(FOLDER "E.f32", count);
@@ -189,8 +190,10 @@ static void dumps_are_what_the_library_computes(void)
 static void irradiance_may_come_from_a_file(void)
 {
     expected e;
-    if (compute_expected(&e) && CHECK_EQUAL(bake(MESH " %s --dump-irradiance " FOLDER "E.f32 --dump " FOLDER "B1.f32", scene), 0) &&
-        CHECK_EQUAL(bake(MESH " --material marble --size-mm 10 --irradiance " FOLDER "E.f32 --dump " FOLDER "B2.f32"), 0))
+    if (compute_expected(&e) &&
+        CHECK_EQUAL(bake(MESH " %s --dump-irradiance " FOLDER "E.f32 --dump " FOLDER "B1.f32", scene), 0) &&
+        CHECK_EQUAL(bake(MESH " --material marble --size-mm 10 --irradiance " FOLDER "E.f32 --dump " FOLDER "B2.f32"),
+                    0))
     {
         const size_t count = 3 * e.mesh.vertex_count;
         float *const one = load_floats(FOLDER "B1.f32", count), *const two = load_floats(FOLDER "B2.f32", count);
@@ -211,7 +214,8 @@ static void mesh_keeps_its_order_and_carries_the_radiosity(void)
     model out;
     char error[256] = "";
     memset(&out, 0, sizeof out);
-    if (compute_expected(&e) && CHECK_EQUAL(bake(MESH " %s --out " FOLDER "out.glb --dump " FOLDER "B.f32", scene), 0) &&
+    if (compute_expected(&e) &&
+        CHECK_EQUAL(bake(MESH " %s --out " FOLDER "out.glb --dump " FOLDER "B.f32", scene), 0) &&
         CHECK(model_load(FOLDER "out.glb", &out, error, sizeof error) == 0) &&
         CHECK_EQUAL(out.vertex_count, e.mesh.vertex_count) && CHECK_EQUAL(out.triangle_count, e.mesh.triangle_count))
     {
@@ -242,7 +246,8 @@ static void methods_and_geometries_differ_as_they_should(void)
         CHECK_EQUAL(bake(MESH " %s --method direct --geometry placed --dump " FOLDER "placed.f32", scene), 0))
     {
         const size_t count = 3 * e.mesh.vertex_count;
-        float *const lambert = load_floats(FOLDER "lambert.f32", count), *const placed = load_floats(FOLDER "placed.f32", count);
+        float *const lambert = load_floats(FOLDER "lambert.f32", count);
+        float *const placed = load_floats(FOLDER "placed.f32", count);
         if (CHECK(lambert && placed))
         {
             double worst = 0.0, scale = 0.0;
@@ -501,17 +506,19 @@ static void every_way_to_write_a_mesh_is_read(void)
         {"a strip", PLAIN, POSITION ",\"mode\":5}", 4, 2, 1.0},
         {"a fan", PLAIN, POSITION ",\"mode\":6}", 4, 2, 1.0},
         {"a scaled node", "{\"mesh\":0,\"scale\":[3,1,1]}", POSITION ",\"indices\":1}", 4, 4, 3.0},
-        {"nested nodes", "{\"children\":[1],\"scale\":[2,2,2]},{\"mesh\":0,\"scale\":[3,1,1]}", POSITION ",\"indices\":1}",
-         4, 4, 6.0},
-        {"a matrix", "{\"mesh\":0,\"matrix\":[5,0,0,0,0,1,0,0,0,0,1,0,7,0,0,1]}", POSITION ",\"indices\":1}", 4, 4, 5.0},
-        {"two nodes", "{\"mesh\":0,\"children\":[1]},{\"mesh\":0,\"translation\":[9,0,0]}", POSITION ",\"indices\":1}", 8, 8,
-         10.0}};
+        {"nested nodes", "{\"children\":[1],\"scale\":[2,2,2]},{\"mesh\":0,\"scale\":[3,1,1]}",
+         POSITION ",\"indices\":1}", 4, 4, 6.0},
+        {"a matrix", "{\"mesh\":0,\"matrix\":[5,0,0,0,0,1,0,0,0,0,1,0,7,0,0,1]}",
+         POSITION ",\"indices\":1}", 4, 4, 5.0},
+        {"two nodes", "{\"mesh\":0,\"children\":[1]},{\"mesh\":0,\"translation\":[9,0,0]}",
+         POSITION ",\"indices\":1}", 8, 8, 10.0}};
     CHECK(write_shape());
     for (size_t i = 0; i < sizeof forms / sizeof forms[0]; ++i)
     {
         test_about("%s", forms[i].what);
         CHECK(write_scene(forms[i].nodes, forms[i].primitives, ""));
-        CHECK_EQUAL(bake(FOLDER "scene.gltf --material marble --mm-per-unit 2 --light 0,0,1 --report --dump " FOLDER "B.f32"), 0);
+        CHECK_EQUAL(bake(FOLDER "scene.gltf --material marble --mm-per-unit 2 --light 0,0,1 --report --dump " FOLDER
+                         "B.f32"), 0);
         CHECK_EQUAL(reported("vertices"), forms[i].vertices);
         CHECK_EQUAL(reported("triangles"), forms[i].triangles);
         CHECK_REL(reported("size_mm"), 2.0 * forms[i].extent, 1e-6);

@@ -73,7 +73,10 @@ static void set_uniforms(const gl_functions *gl, GLuint program)
 static GLuint build(const char *version, const char *expression)
 {
     static const char *const vertex[] = {
-        "void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }\n"};
+        "void main()\n"
+        "{\n"
+        "    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);\n"
+        "}\n"};
     const int es = strstr(version, "es") != NULL;
     const char *const fragment[] = {es ? "precision highp sampler2D;\n" : "\n",
                                     sss_dipole_glsl(SSS_DIPOLE_GLSL_FRESNEL),

@@ -16,7 +16,8 @@ export UBSAN_OPTIONS=print_stacktrace=1
 test_times()
 {
     log=build/tests/logs/$1.log
-    [ -s "$log" ] && [ "$log" -nt "build/tests/$1" ] || { mkdir -p build/tests/logs; "build/tests/$1" >"$log" 2>&1 </dev/null; }
+    mkdir -p build/tests/logs
+    [ -s "$log" ] && [ "$log" -nt "build/tests/$1" ] || "build/tests/$1" >"$log" 2>&1 </dev/null
     awk '/^\[ RUN / { name = $NF } /^  time  / { print name, $2 }' "$log"
 }
 
@@ -59,9 +60,26 @@ for compiler in gcc clang; do
     done
 
     # What must be found.
-    printf '#include <stdlib.h>\nint main(int c, char **v) { (void)v; volatile char *volatile p = malloc(4); p[c + 3] = 1; free((void *)p); return 0; }\n' >"$work/heap.c"
-    printf '#include <limits.h>\nint main(int c, char **v) { (void)v; return (INT_MAX + c) & 1; }\n' >"$work/overflow.c"
-    printf '#include <stdlib.h>\nvoid *volatile p;\nint main(void) { p = malloc(40); p = 0; return 0; }\n' >"$work/leak.c"
+    cat >"$work/heap.c" <<'END'
+#include <stdlib.h>
+int main(int c, char **v)
+{
+    volatile char *volatile p = malloc(4);
+    (void)v;
+    p[c + 3] = 1;
+    free((void *)p);
+    return 0;
+}
+END
+    cat >"$work/overflow.c" <<'END'
+#include <limits.h>
+int main(int c, char **v) { (void)v; return (INT_MAX + c) & 1; }
+END
+    cat >"$work/leak.c" <<'END'
+#include <stdlib.h>
+void *volatile p;
+int main(void) { p = malloc(40); p = 0; return 0; }
+END
     for case in heap:heap-buffer-overflow overflow:'signed integer overflow' leak:'detected memory leaks'; do
         job_fails "$compiler finds a ${case#*:}" "
             $compiler -std=c99 $flags '$work/${case%%:*}.c' -o '$work/${case%%:*}-$compiler' 2>/dev/null &&

@@ -50,7 +50,8 @@ in_a_window() # label, command
     wait_for 20 changed "$screen" "$before"; turned=$?
     # There is no window manager that would give the window the keyboard.
     window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$screen/log" | head -n 1)
-    DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 keydown Escape sleep 1 keyup Escape >>"$screen/log" 2>&1
+    DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 keydown Escape sleep 1 keyup Escape \
+        >>"$screen/log" 2>&1
     wait_for 20 gone $program; left=$?
     [ $left = 0 ] || kill $program 2>/dev/null
     wait $program; status=$?

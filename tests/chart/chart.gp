@@ -4,7 +4,8 @@ columns = panel_count < 3 ? panel_count : 2
 rows = (panel_count + columns - 1) / columns
 set terminal pngcairo noenhanced size 760*columns, 520*rows font "sans,12" background "#ffffff"
 set output png
-set multiplot layout rows, columns title "Speed against accuracy: a frame's time and its error; the grey step is the Pareto front" font "sans,14"
+heading = "Speed against accuracy: a frame's time and its error; the grey step is the Pareto front"
+set multiplot layout rows, columns title heading font "sans,14"
 set logscale xy
 set format y "%g"
 set xlabel "relative L2 error of radiosity against the converged reference"

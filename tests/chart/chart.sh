@@ -1,7 +1,7 @@
 #!/bin/sh
 # Measures everything anew, then draws.      tests/chart/chart.sh [OUT-FOLDER [measure's options...]]
-# Writes chart.csv, with a first line that names the columns, and chart.png; default folder: this one, and then README.md's
-# table too.
+# Writes chart.csv, with a first line that names the columns, and chart.png. The default folder is this one; README.md's
+# table is then written too.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 out=${1:-$here}

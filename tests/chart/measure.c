@@ -228,9 +228,10 @@ static int append(const settings *s, const chart_case *c, const char *method, co
     {
         snprintf(image, sizeof image, "%.3e", n->image_rmse);
     }
-    fprintf(file, "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,%s,quadrature to %.1e at %zu vertices\n", method,
-            c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name, c->light_name,
-            run->parameters, run->threads, n->precompute_s, 1e3 * n->frame_s, run->bytes, n->rel_l2, n->rel_max, image,
+    fprintf(file,
+            "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,%s,quadrature to %.1e at %zu vertices\n",
+            method, c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name,
+            c->light_name, run->parameters, run->threads, n->precompute_s, 1e3 * n->frame_s, run->bytes, n->rel_l2, n->rel_max, image,
             reference_error, s->receivers);
     return fclose(file) != 0;
 }
@@ -296,9 +297,9 @@ static int measure(const chart_method *method, size_t variant, const chart_case 
         }
         failed = n.frame_s < 0.0 || append(s, c, method->name, &run, &n, t->error) != 0;
     }
-    printf("%-14s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  image %.1e  predicted %.1e%s\n", method->name,
-           c->material_name, c->size_mm, run.parameters, 1e3 * n.frame_s, n.rel_l2, n.rel_max, n.image_rmse,
-           run.error_bound, failed ? "  FAILED" : "");
+    printf("%-14s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  image %.1e  predicted %.1e%s\n",
+           method->name, c->material_name, c->size_mm, run.parameters, 1e3 * n.frame_s, n.rel_l2, n.rel_max,
+           n.image_rmse, run.error_bound, failed ? "  FAILED" : "");
     fflush(stdout);
     method->release(&run);
     free(B);
@@ -359,7 +360,8 @@ static int measure_case(const mesh_data *mesh, const char *material, double size
 
 static int usage(const char *program)
 {
-    fprintf(stderr, "usage: %s OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]\n",
+    fprintf(stderr,
+            "usage: %s OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]\n",
             program);
     return 2;
 }

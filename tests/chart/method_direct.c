@@ -129,7 +129,7 @@ static int direct_radiosity(const chart_case *c, chart_run *run, const chart_row
 }
 
 static const double densities[] = {1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0};
-static const double tolerances[] = {1e-4, 1e-3, 1e-2}; // at full density; the thinned copies, which cannot do better, take the last
+static const double tolerances[] = {1e-4, 1e-3, 1e-2}; // full density; thinned copies, no better, take the last
 enum
 {
     DENSITY_COUNT = sizeof densities / sizeof densities[0],

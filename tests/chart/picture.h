@@ -13,8 +13,8 @@ typedef struct picture picture;
 picture *picture_create(const chart_case *c, const float *radiosity);
 void picture_free(picture *p);
 
-// How far the picture from another radiosity [V][3] is off; negative on failure. Pictures have 8 bits a channel, so that
-// differences below some 1/1000 are seen only where they tip a rounding.
+// How far the picture from another radiosity [V][3] is off; negative on failure. Pictures have 8 bits a channel, so
+// that differences below some 1/1000 are seen only where they tip a rounding.
 double picture_rmse(picture *p, const float *radiosity);
 
 #endif

@@ -26,7 +26,8 @@ awk -F, '
         if (method[n] == "direct-scalar") loop = ms[n]
     }
     END {
-        printf "| method | triangles gathered from | tolerance | frame, ms | times the plain loop | relative L2 error | picture |\n"
+        printf "| method | triangles gathered from | tolerance | frame, ms | times the plain loop |"
+        printf " relative L2 error | picture |\n"
         printf "|---|--:|--:|--:|--:|--:|--:|\n"
         for (i = 1; i <= n; ++i)
             printf "| %s | %s | %s | %.4g | %.3g | %.1e | %s |\n", method[i], emitters[i] == "" ? "-" : emitters[i],

@@ -36,7 +36,8 @@ foreign()
 
 # ---- macros ----
 for unit in with system; do
-    gcc -std=c99 -I"$folder" -dM -E "$work/$unit.c" | sed 's/^#define \([A-Za-z_0-9]*\).*/macro \1/' | sort -u >"$work/$unit.macros"
+    gcc -std=c99 -I"$folder" -dM -E "$work/$unit.c" | sed 's/^#define \([A-Za-z_0-9]*\).*/macro \1/' | sort -u \
+        >"$work/$unit.macros"
 done
 comm -23 "$work/with.macros" "$work/system.macros" | foreign >"$work/leaks"
 
@@ -62,12 +63,14 @@ nm --defined-only "$work/with.o" | awk '$2 ~ /^[A-Z]$/ && $3 ~ /^sss_[a-z]*__/ {
 nm --defined-only "$work/with.o" | awk '$2 ~ /^[a-z]$/ && $3 !~ /\./ { print "private " $3 }' | foreign >>"$work/leaks"
 # No state: nothing writable, be it static inside a function.
 nm --defined-only "$work/with.o" | awk '$2 ~ /^[dDbBcCsSgG]$/ { print "writable " $3 }' >>"$work/leaks"
-nm --undefined-only "$work/with.o" | awk '{ print "calls " $2 }' |
-    grep -E ' (.*printf|puts|putchar|fputs|fwrite|fopen|exit|_exit|quick_exit|abort|__assert_fail|raise|signal|pthread_.*|thrd_.*|getenv|setlocale|rand|srand|time|clock|clock_gettime|stdout|stderr|stdin|errno)$' |
+forbidden='.*printf|puts|putchar|fputs|fwrite|fopen|exit|_exit|quick_exit|abort|__assert_fail|raise|signal|pthread_.*'
+forbidden="$forbidden|thrd_.*|getenv|setlocale|rand|srand|time|clock|clock_gettime|stdout|stderr|stdin"
+nm --undefined-only "$work/with.o" | awk '{ print "calls " $2 }' | grep -E " ($forbidden)\$" |
     grep -v -E ' v?snprintf$' >>"$work/leaks" || true
 
 if [ "${NAMES_VERBOSE:-0}" = 1 ]; then cat "$work/with.names" >&2; fi
 count=$(comm -23 "$work/with.names" "$work/system.names" | wc -l)
-echo "note: $count declarations, $(comm -23 "$work/with.macros" "$work/system.macros" | wc -l) macros, $(nm --defined-only "$work/with.o" | wc -l) symbols"
+macros=$(comm -23 "$work/with.macros" "$work/system.macros" | wc -l)
+echo "note: $count declarations, $macros macros, $(nm --defined-only "$work/with.o" | wc -l) symbols"
 sed 's/^/leak: /' "$work/leaks"
 [ "$count" -gt 10 ] && [ ! -s "$work/leaks" ]

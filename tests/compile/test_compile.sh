@@ -15,7 +15,8 @@ for header in $headers; do
         echo "const char *text_$x(void);"
         echo "const char *text_$x(void) { return sss_result_string(SSS_OK); }"; } >"$work/$x-declarations.c"
     # As when another file of the project has already included it, and again behind the implementation.
-    {   echo "#include \"$header\""; cat "$work/$x-implementation.c"; echo "#include \"$header\""; } >"$work/$x-repeated.c"
+    {   echo "#include \"$header\""; cat "$work/$x-implementation.c"
+        echo "#include \"$header\""; } >"$work/$x-repeated.c"
     {   echo "#define SSS_${X}_NO_SIMD"; cat "$work/$x-implementation.c"; } >"$work/$x-nosimd.c"
     all_implementations="$all_implementations$(cat "$work/$x-implementation.c")
 "

@@ -16,15 +16,22 @@ options="-max_total_time=$seconds -rss_limit_mb=3000 -timeout=20 -max_len=16384 
 
 seeds=$out/seeds
 mkdir -p $seeds
-bin='data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAIBAAEDAAMCAQID'
+bin=AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAIBAAEDAAMCAQID
 gltf() # name, primitives, nodes
 {
-    printf '{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[%s],"meshes":[{"primitives":[%s]}],"buffers":[{"uri":"%s","byteLength":60}],"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":12}],"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},{"bufferView":1,"componentType":5121,"count":12,"type":"SCALAR"}]}' \
-        "$3" "$2" "$bin" >"$seeds/$1.gltf"
+    cat >"$seeds/$1.gltf" <<END
+{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[$3],"meshes":[{"primitives":[$2]}],
+"buffers":[{"uri":"data:application/octet-stream;base64,$bin","byteLength":60}],
+"bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":12}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},
+{"bufferView":1,"componentType":5121,"count":12,"type":"SCALAR"}]}
+END
 }
 gltf indexed '{"attributes":{"POSITION":0,"NORMAL":0},"indices":1}' '{"mesh":0}'
-gltf strip '{"attributes":{"POSITION":0},"mode":5}' '{"mesh":0,"scale":[1,2,3],"rotation":[0,0,0,1],"translation":[1,1,1]}'
-gltf nested '{"attributes":{"POSITION":0},"indices":1,"mode":4}' '{"children":[1]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}'
+gltf strip '{"attributes":{"POSITION":0},"mode":5}' \
+    '{"mesh":0,"scale":[1,2,3],"rotation":[0,0,0,1],"translation":[1,1,1]}'
+gltf nested '{"attributes":{"POSITION":0},"indices":1,"mode":4}' \
+    '{"children":[1]},{"mesh":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]}'
 if have gltfpack; then
     for seed in indexed strip; do
         gltfpack -noq -i "$seeds/$seed.gltf" -o "$seeds/$seed.glb" >/dev/null 2>&1
