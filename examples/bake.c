@@ -613,6 +613,9 @@ static void print_report(const bake *b)
     double albedo[3], mfp[3];
     printf("vertices=%zu\ntriangles=%zu\nmm_per_unit=%.9g\nsize_mm=%.9g\narea_mm2=%.9g\n", b->model.vertex_count,
            b->model.triangle_count, b->mesh.mm_per_unit, b->size_mm, b->area_mm2);
+    printf("turned_round=%d\nlights=%zu\nsoft_degrees=%.9g\nshadows=%d\n", b->model.turned,
+           b->o.irradiance ? (size_t)0 : b->o.lights.count, b->o.soft, !b->o.no_shadows && !b->o.irradiance);
+    print_rgb("ambient", b->o.ambient);
     print_rgb("sigma_s", b->material.sigma_s);
     print_rgb("sigma_a", b->material.sigma_a);
     printf("eta=%.9g\n", b->material.eta);

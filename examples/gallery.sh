@@ -101,6 +101,6 @@ set -- "$@" -gravity SouthWest -font $font -pointsize 21 -fill "$faint" -annotat
     "sss_dipole.h, direct gather: every one of 34,835 vertices from every one of 69,666 triangles. \
 Each picture is exposed for itself."
 
-convert "$@" -depth 8 -strip -define png:compression-level=9 "$work/gallery.png"
+convert "$@" -depth 8 -strip -define png:compression-level=9 -define png:exclude-chunks=date,time "$work/gallery.png"
 mv "$work/gallery.png" "$out"
 echo "gallery: $out, $(($(date +%s) - start)) s"

@@ -136,7 +136,7 @@ static sss_result add_ambient(const sum *a)
         return wanted ? add_light(a, &light) : SSS_OK;
     }
     sss_result result = SSS_OK;
-    for (int i = 0; i < AMBIENT_SAMPLES && result == SSS_OK && (wanted || a->seen); ++i)
+    for (int i = 0; i < AMBIENT_SAMPLES && result == SSS_OK && wanted; ++i)
     {
         const double y = 1.0 - 2.0 * (i + 0.5) / AMBIENT_SAMPLES, r = sqrt(1.0 - y * y), phi = i * GOLDEN_ANGLE;
         const double direction[3] = {r * cos(phi), y, r * sin(phi)};
