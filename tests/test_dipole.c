@@ -1994,6 +1994,49 @@ static void threads_for(void *user, size_t count, void (*task)(void *, size_t, s
             (void)pthread_join(thread[i], NULL);
 }
 
+static void wrong_gathers_would_show(void)
+{   // Mutations: normals turned inward, geometries mixed up, a scale twice too large, irradiance of the wrong channel:
+    // each must miss the reference by far more than the bound of 1e-3.
+    small_scene s;
+    sss_dipole_gather_options options;
+    sss_dipole_gather_stats stats;
+    if (small_scene_make(&s, 3, 3.0) != 0)
+        SKIP("out of memory");
+    double *placed = reference_for(&s.g, SSS_DIPOLE_PLACED, 1e-4);
+    double *distance = reference_for(&s.g, SSS_DIPOLE_DISTANCE, 1e-4);
+    memset(&options, 0, sizeof options);
+    if (CHECK(placed != NULL && distance != NULL))
+    {
+        CHECK_EQUAL(gather_with(&s.g, &options, s.B, &stats), SSS_OK);
+        CHECK_BELOW(relative_l2(s.B, distance, s.at.count), 1e-3);
+        CHECK_BETWEEN(relative_l2(s.B, placed, s.at.count), 0.02, 1.0);
+        s.g.mesh.mm_per_unit = 2.0;
+        CHECK_EQUAL(gather_with(&s.g, &options, s.B, &stats), SSS_OK);
+        CHECK_BETWEEN(relative_l2(s.B, distance, s.at.count), 0.02, 1.0);
+        s.g.mesh.mm_per_unit = 1.0;
+        options.geometry = SSS_DIPOLE_PLACED;
+        CHECK_EQUAL(gather_with(&s.g, &options, s.B, &stats), SSS_OK);
+        CHECK_BELOW(relative_l2(s.B, placed, s.at.count), 1e-3);
+        for (size_t i = 0; i < 3 * s.at.count; ++i)
+            s.at.normals[i] = -s.at.normals[i];
+        CHECK_EQUAL(gather_with(&s.g, &options, s.B, &stats), SSS_OK);
+        CHECK_BETWEEN(relative_l2(s.B, placed, s.at.count), 0.05, HUGE_VAL);
+        for (size_t i = 0; i < 3 * s.at.count; ++i)
+            s.at.normals[i] = -s.at.normals[i];
+        for (size_t i = 0; i < 3 * s.sphere.vertex_count; i += 3)
+        {
+            const float red = s.E[i];
+            s.E[i] = s.E[i + 2];
+            s.E[i + 2] = red;
+        }
+        CHECK_EQUAL(gather_with(&s.g, &options, s.B, &stats), SSS_OK);
+        CHECK_BETWEEN(relative_l2(s.B, placed, s.at.count), 0.1, 2.0);
+    }
+    free(placed);
+    free(distance);
+    small_scene_free(&s);
+}
+
 static void splitting_changes_no_bit(void)
 {   // Oracle: the whole range in one call, on each path, in both geometries. Pieces of 1, 7 and 64 rows, threads.
     static const size_t steps[3] = {1, 7, 64};
@@ -3346,8 +3389,9 @@ static void time_all(const mesh_data *mesh, const gather_case *g, sss_dipole_geo
             runs[k + 1][run] = (test_seconds() - start) / (double)rows;
         }
     }
-    // The loop's result is used, and is that of the gather but for its point samples.
-    CHECK_REL(B_plain[1], B[1], 0.02);
+    // The loop's result is used, and is that of the gather but for its point samples: at 50 mm edges are one and a half
+    // mean free paths, where they are good to some percent.
+    CHECK_REL(B_plain[1], B[1], 0.1);
     for (size_t k = 0; k < 6; ++k)
         seconds[k] = median5(runs[k]);
     for (size_t k = 0; k < 5; ++k)
@@ -3435,6 +3479,7 @@ int main(int argc, char **argv)
         TEST(a_plane_gives_the_total),
         TEST(point_emitters),
         TEST(every_path_holds_its_tolerance),
+        TEST(wrong_gathers_would_show),
         TEST(splitting_changes_no_bit),
         TEST(radiosity_is_linear_in_irradiance),
         TEST(units_and_places_change_nothing),

@@ -294,6 +294,34 @@ static void constant_irradiance_per_triangle(void)
     mesh_free(&mesh);
 }
 
+static void a_placed_source_close_to_the_surface(void)
+{   // Oracle: border integral for each source. The receiver hangs below a square so that its virtual source comes to
+    // lie H beneath it, down to a millionth: the contribution grows like 2 pi z/H and must not be missed.
+    static const float up[3] = {0.0f, 0.0f, 1.0f};
+    static const double corners[4][2] = {{-0.5, -0.25}, {0.5, -0.25}, {0.5, 0.75}, {-0.5, 0.75}};
+    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-8};
+    const sss_profile profile = one_source(0.5, 1.0);
+    mesh_data mesh;
+    if (mesh_rectangle(0.0, 1.0, 0.0, 1.0, &mesh) != 0)
+        SKIP("out of memory");
+    float *E = ones(4);
+    const sss_mesh view = mesh_view(&mesh, 1.0);
+    for (int i = 0; i < 3; ++i)
+    {
+        const double H = pow(2.0, -6 - 7 * i);
+        const float at[3] = {0.5f, 0.25f, (float)(-0.5 - H)};
+        const double virtual_part = 0.5 * (double)polygon_source_term(corners, 4, H, 0.5, 1.0);
+        const double real_part = 0.5 * (double)polygon_source_term(corners, 4, 1.0 + H, 0.5, 1.0);
+        double B[3], error[3];
+        test_about("H 2^%d", -6 - 7 * i);
+        CHECK_EQUAL(reference_radiosity(&view, &profile, E, &options, at, up, B, error), 0);
+        CHECK_REL(B[1], virtual_part + real_part, 1e-8);
+        CHECK_BETWEEN(virtual_part / (PI * 0.5 / H), 0.9, 1.0);
+    }
+    free(E);
+    mesh_free(&mesh);
+}
+
 // ---- The rule and its error estimate ----
 
 static double cubature(const double corners[3][3], const double E[3], const sss_profile *profile,
@@ -613,6 +641,7 @@ int main(int argc, char **argv)
         TEST(strong_absorption_on_a_coarse_mesh),
         TEST(linear_irradiance),
         TEST(constant_irradiance_per_triangle),
+        TEST(a_placed_source_close_to_the_surface),
         TEST(the_estimate_is_honest_on_one_triangle),
         TEST(the_rule_has_its_order),
         TEST(a_curved_mesh_agrees_with_brute_force),
