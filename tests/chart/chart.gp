@@ -11,7 +11,7 @@ set format y "%g"
 set xlabel "relative L2 error of radiosity against the converged reference"
 set ylabel "frame, ms (one thread unless chart.csv says otherwise)"
 set grid xtics ytics lt 1 lw 1 lc rgb "#e4e4e4"
-set key top right opaque box lc rgb "#cccccc"
+set key bottom left opaque box lc rgb "#cccccc"
 set format x "%.0e"
 array colors[8] = ["#777777", "#1b6ca8", "#e07b00", "#b3202c", "#3a8a3a", "#7b4fa3", "#00929c", "#8a5a2b"]
 present(file) = int(system("test -s '".file."' && echo 1 || echo 0"))

@@ -8,9 +8,10 @@ png=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# Splits the lines into one file per panel and method, sorted by error, and one per panel with the points that no other
+# Splits the lines into one file per panel and method, in the order of the runs, and one per panel with the points that no other
 # point of the panel beats in both error and time. A list of panels and of methods goes to gnuplot.
 awk -F, -v work="$work" '
+    function floor(value) { return value < int(value) ? int(value) - 1 : int(value) }
     NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }
     {
         panel = $column["mesh"] ", " $column["size_mm"] " mm, " $column["material"]
@@ -21,6 +22,12 @@ awk -F, -v work="$work" '
         error = $column["rel_l2"] + 0; time = $column["frame_ms"] + 0
         print error, time > (work "/" p "-" m ".points")
         n[p]++; e[p, n[p]] = error; t[p, n[p]] = time
+        # All panels have the same axes, in whole decades.
+        x = log(error) / log(10); y = log(time) / log(10)
+        if (!x_low || x < x_low) x_low = x
+        if (!x_high || x > x_high) x_high = x
+        if (!y_low || y < y_low) y_low = y
+        if (!y_high || y > y_high) y_high = y
     }
     END {
         for (p = 1; p <= panel_count; ++p)
@@ -32,11 +39,13 @@ awk -F, -v work="$work" '
                 if (!beaten) print e[p, i], t[p, i] > (work "/" p "-pareto.points")
             }
         printf "panel_count = %d\nmethod_count = %d\n", panel_count, method_count > (work "/lists.gp")
+        printf "set xrange [1e%d:1e%d]\nset yrange [1e%d:1e%d]\n", floor(x_low), -floor(-x_high), floor(y_low),
+               -floor(-y_high) > (work "/lists.gp")
         printf "array panels[%d]\narray methods[%d]\n", panel_count, method_count > (work "/lists.gp")
         for (p = 1; p <= panel_count; ++p) printf "panels[%d] = \"%s\"\n", p, name[p] > (work "/lists.gp")
         for (m = 1; m <= method_count; ++m) printf "methods[%d] = \"%s\"\n", m, label[m] > (work "/lists.gp")
     }' "$csv"
-for points in "$work"/*.points; do sort -g "$points" -o "$points"; done
+for points in "$work"/*-pareto.points; do sort -g "$points" -o "$points"; done
 gnuplot -e "work='$work'; png='$work/chart.png'" "$here/chart.gp"
 [ -s "$work/chart.png" ] || { echo "draw.sh: gnuplot drew nothing" >&2; exit 1; }
 mkdir -p "$(dirname "$png")"

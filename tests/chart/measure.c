@@ -401,6 +401,7 @@ static int read_arguments(int argc, char **argv, settings *s)
             s->variants_max = 2;
             s->receivers = 40;
             s->size_count = 1;
+            s->sizes[0] = 50.0;
             continue;
         }
         if (strcmp(argv[i], "--receivers") == 0) s->receivers = (size_t)strtoul(value, NULL, 10);
@@ -420,7 +421,7 @@ static void on_threads(void *user, size_t count, void (*task)(void *context, siz
 
 int main(int argc, char **argv)
 {
-    settings s = {NULL, 200, 1, 5, 0.25, {50.0, 10.0, 200.0}, 3, SIZE_MAX, 1.0};
+    settings s = {NULL, 200, 1, 5, 0.25, {10.0, 50.0, 200.0}, 3, SIZE_MAX, 1.0};
     mesh_data loaded, mesh;
     sss_hooks hooks;
     if (read_arguments(argc, argv, &s) != 0)
