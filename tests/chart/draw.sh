@@ -8,8 +8,8 @@ png=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-# Splits the lines into one file per panel and method, in the order of the runs, and one per panel with the points that no other
-# point of the panel beats in both error and time. A list of panels and of methods goes to gnuplot.
+# Splits the lines into one file per panel and method, in the order of the runs, and one per panel with the points that
+# no other point of the panel beats in both error and time. A list of panels and of methods goes to gnuplot.
 awk -F, -v work="$work" '
     function floor(value) { return value < int(value) ? int(value) - 1 : int(value) }
     NR == 1 { for (i = 1; i <= NF; ++i) column[$i] = i; next }

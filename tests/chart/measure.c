@@ -231,8 +231,8 @@ static int append(const settings *s, const chart_case *c, const char *method, co
     fprintf(file,
             "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,%s,quadrature to %.1e at %zu vertices\n",
             method, c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name,
-            c->light_name, run->parameters, run->threads, n->precompute_s, 1e3 * n->frame_s, run->bytes, n->rel_l2, n->rel_max, image,
-            reference_error, s->receivers);
+            c->light_name, run->parameters, run->threads, n->precompute_s, 1e3 * n->frame_s, run->bytes, n->rel_l2,
+            n->rel_max, image, reference_error, s->receivers);
     return fclose(file) != 0;
 }
 

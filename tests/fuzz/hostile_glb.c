@@ -197,7 +197,8 @@ static void must_read(const char *name, const parts *p, size_t vertices, size_t 
     snprintf(detail, sizeof detail, "%zu of %zu vertices, %zu of %zu triangles, volume %.6g of %.6g", m.vertex_count,
              vertices, m.triangle_count, triangles, got, want_volume);
     // 16-bit coordinates are good to 2^-16
-    check(m.vertex_count == vertices && m.triangle_count == triangles && fabs(got - want_volume) <= 1e-4 * fabs(want_volume),
+    check(m.vertex_count == vertices && m.triangle_count == triangles &&
+              fabs(got - want_volume) <= 1e-4 * fabs(want_volume),
           name, detail);
     if (vertices == 4 && triangles % 4 == 0) // one closed convex solid
     {
@@ -309,8 +310,9 @@ static void accessors_that_must_be_refused(void)
         "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":-1,"
         "\"indices\":{\"bufferView\":8,\"componentType\":5121},\"values\":{\"bufferView\":9,\"byteOffset\":-4}}}",
         INDICES(1, 5121, 12))});
-    must_refuse("normals_too_few", &(parts){.primitives = "{\"attributes\":{\"POSITION\":0,\"NORMAL\":2},\"indices\":1}",
-        .accessors = ACCESSORS(FLOATS(0, 4), INDICES(1, 5121, 12)) "," FLOATS(0, 3)});
+    must_refuse("normals_too_few",
+                &(parts){.primitives = "{\"attributes\":{\"POSITION\":0,\"NORMAL\":2},\"indices\":1}",
+                         .accessors = ACCESSORS(FLOATS(0, 4), INDICES(1, 5121, 12)) "," FLOATS(0, 3)});
     must_refuse("accessor_unknown", &(parts){.primitives = "{\"attributes\":{\"POSITION\":77},\"indices\":1}"});
     must_refuse("accessor_negative", &(parts){.primitives = "{\"attributes\":{\"POSITION\":-7},\"indices\":1}"});
 }
@@ -321,7 +323,8 @@ static void views_and_buffers_that_must_be_refused(void)
     must_refuse("view_past_buffer", &(parts){.views = FIRST("{\"buffer\":0,\"byteOffset\":384,\"byteLength\":48}")});
     must_refuse("view_overflows", &(parts){
         .views = FIRST("{\"buffer\":0,\"byteOffset\":18446744073709551600,\"byteLength\":48}")});
-    must_refuse("view_of_unknown_buffer", &(parts){.views = FIRST("{\"buffer\":3,\"byteOffset\":0,\"byteLength\":48}")});
+    must_refuse("view_of_unknown_buffer",
+                &(parts){.views = FIRST("{\"buffer\":3,\"byteOffset\":0,\"byteLength\":48}")});
     must_refuse("view_stride_small", &(parts){
         .views = FIRST("{\"buffer\":0,\"byteOffset\":0,\"byteLength\":48,\"byteStride\":4}")});
     must_refuse("buffer_too_long", &(parts){.buffers = "{\"byteLength\":4000}"});
@@ -341,7 +344,8 @@ static void nodes_that_must_be_refused(void)
     must_refuse("node_unknown", &(parts){.nodes = ROOT("{\"children\":[5],\"mesh\":0}")});
     must_refuse("node_negative", &(parts){.nodes = ROOT("{\"children\":[-5],\"mesh\":0}")});
     must_refuse("mesh_unknown", &(parts){.nodes = ROOT("{\"mesh\":7}")});
-    must_refuse("scene_unknown", &(parts){.nodes = "\"scene\":4,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}]"});
+    must_refuse("scene_unknown",
+                &(parts){.nodes = "\"scene\":4,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}]"});
     must_refuse("no_nodes", &(parts){.nodes = "\"scenes\":[{\"nodes\":[]}],\"nodes\":[]"});
     must_refuse("transform_not_finite", &(parts){.nodes = ROOT("{\"mesh\":0,\"scale\":[1e300,1e300,1e300]}")});
     must_refuse("only_points", &(parts){.primitives = PRIMITIVE(",\"mode\":0")});
