@@ -19,7 +19,7 @@
 //     int main(void)
 //     {
 //         sss_mesh mesh = {x, x, triangles, V, T, 5.0}; // 5 mm per unit: a bead 10 mm across
-//         sss_dipole_light light = {SSS_DIPOLE_LIGHT_DIRECTIONAL};
+//         sss_dipole_light light = {{0.0, 0.0, 1.0}}; // a distant light above; zero means the default elsewhere
 //         sss_dipole_irradiance_options options = {0};
 //         sss_dipole_material marble;
 //         sss_profile profile;
@@ -37,8 +37,7 @@
 //             triangles[3 * t + 1] = (uint32_t)(t % 2 ? b + STEPS : a + STEPS);
 //             triangles[3 * t + 2] = (uint32_t)b;
 //         }
-//         light.direction[2] = 1.0; // from above, white
-//         light.color[0] = light.color[1] = light.color[2] = 1.0;
+//         light.color[0] = light.color[1] = light.color[2] = 1.0; // W/mm^2 on a plane that faces it
 //         sss_dipole_material_by_name("marble", &marble);
 //         options.eta = marble.eta;
 //         sss_dipole_profile(&marble, SSS_DIPOLE_FRESNEL_EXACT, &profile);
@@ -94,6 +93,8 @@
 #ifndef SSS_DIPOLE_H
 #define SSS_DIPOLE_H
 
+#define SSS_DIPOLE_VERSION 100 // 10000 major + 100 minor + patch
+
 // ---- BEGIN sss common block: byte for byte the same in all sss_*.h; sss_dipole.h holds the master copy ----
 #ifndef SSS_COMMON_VERSION
 #define SSS_COMMON_VERSION 1
@@ -135,7 +136,7 @@ typedef struct sss_hooks
 typedef struct sss_mesh
 {
     const float *positions;     // [3 vertex_count], in units of mm_per_unit millimetres
-    const float *normals;       // [3 vertex_count], outward, any length > 0; NULL where a function allows it
+    const float *normals;       // [3 vertex_count], outward, any length; NULL where a function allows it
     const uint32_t *triangles;  // [3 triangle_count], indices below vertex_count, counter-clockwise from outside
     size_t vertex_count;
     size_t triangle_count;
@@ -229,7 +230,8 @@ SSS_DIPOLE_API sss_result sss_dipole_material_by_name(const char *name, sss_dipo
 SSS_DIPOLE_API sss_result sss_dipole_material_from_coefficients(const double sigma_s[3], const double sigma_a[3],
                                                                 double eta, sss_dipole_material *out);
 
-// From what an artist sees: inverts the closed-form total reflectance.
+// From what an artist sees: inverts the closed-form total reflectance, with exact Fresnel (a profile made with the
+// polynomial has a total that differs by as much as the polynomial).
 //   albedo          [3] diffuse albedo R = Rd_total, in [0, 1]; 1 means sigma_a = 0
 //   mean_free_path  [3] 1/sigma_t', mm, > 0
 // SSS_ERROR_INVALID_ARGUMENT: null, non-finite or out of range.
@@ -297,7 +299,7 @@ SSS_DIPOLE_API sss_result sss_dipole_Rd_array_float(const sss_profile *profile, 
 
 // R_d with both sources placed at the receiver, along its normal: the real one at x_o - z_r n_o, the virtual
 // one at x_o + z_v n_o.                      Mertens et al. 2003, table 1 in its inverse interpretation (4)
-//   x_i, x_o  [3] mm;   n_o  [3] outward, any length > 0
+//   x_i, x_o  [3] mm;   n_o  [3] outward, any length > 0.   Infinite where x_i is a source.
 SSS_DIPOLE_API double sss_dipole_Rd_placed(const sss_profile *profile, int channel, const double x_i[3],
                                            const double x_o[3], const double n_o[3]);
 
@@ -335,7 +337,6 @@ typedef enum sss_dipole_light_kind
 
 typedef struct sss_dipole_light
 {
-    sss_dipole_light_kind kind;
     double direction[3];     // directional: towards the light; spot: the way its axis points; any length > 0
     double position[3];      // point, spot: in the mesh's units
     double color[3];         // directional: W/mm^2 on a plane facing it; point, spot: W/sr
@@ -344,6 +345,7 @@ typedef struct sss_dipole_light
     double sh[9][3];         // environment: radiance, real orthonormal SH, order (0,0) (1,-1) (1,0) (1,1) (2,-2) ...
                              // without Condon-Shortley sign: Y_1 = .488603 (y, z, x)
     const float *visibility; // [elements], in [0,1], or NULL for 1 everywhere
+    sss_dipole_light_kind kind; // 0: directional
 } sss_dipole_light;
 
 typedef struct sss_dipole_irradiance_options
@@ -351,21 +353,24 @@ typedef struct sss_dipole_irradiance_options
     double eta;                   // of the medium; required, in [0.1, 10]
     sss_dipole_elements elements; // 0: vertices
     int no_fresnel;               // 0: E includes the entering transmittance F_t (the papers' E); 1: plain irradiance
+    int accumulate;               // 0: irradiance is overwritten; 1: added to, for lights made of many samples
 } sss_dipole_irradiance_options;
 
 // E = sum over lights of visibility x int L F_t(eta, w_i) max(0, n.w_i) dw_i.     Mertens et al. 2003, eq. 5
 // Environments use the lobe F_t(mu) mu up to band 2 (Ramamoorthi and Hanrahan 2001, with Fresnel), so that E
 // may dip below zero where the nine coefficients do; it is then clamped to 0.
-//   mesh        normals are required for vertices; triangles use their own plane
+//   mesh        normals are required for vertices; triangles use their own plane; a zero normal, like a triangle
+//               without area, faces no light
 //   irradiance  [V or T][3], W/mm^2
-// SSS_ERROR_INVALID_ARGUMENT, SSS_ERROR_EMPTY, SSS_ERROR_INDEX, SSS_ERROR_OVERFLOW. A point light on the surface
-// gives 0 there, not infinity. light_count may be 0: irradiance is zero.
+// SSS_ERROR_INVALID_ARGUMENT, SSS_ERROR_EMPTY, SSS_ERROR_INDEX, SSS_ERROR_OVERFLOW. Colours up to 1e30. A point light
+// on the surface gives 0 there, and none gives more than 1e30. light_count may be 0: irradiance is zero.
 SSS_DIPOLE_API sss_result sss_dipole_irradiance(const sss_mesh *mesh, const sss_dipole_light *lights,
                                                 size_t light_count, const sss_dipole_irradiance_options *options,
                                                 float *irradiance);
 
 // Vertex normals: the mean of the adjoining triangles' normals weighted by their angle at the vertex; (0,0,1)
-// where there is none.   normals  [3 vertex_count], unit length
+// where there is none.   normals  [3 vertex_count], unit length; mesh->normals is not read
+// SSS_ERROR_INVALID_ARGUMENT, _EMPTY, _INDEX, _OVERFLOW.
 SSS_DIPOLE_API sss_result sss_dipole_vertex_normals(const sss_mesh *mesh, float *normals);
 
 // ---- 5. Direct gather: B(x_o) = int E(x_i) R_d(x_i, x_o) dA over the mesh, every pair ----
@@ -388,21 +393,22 @@ typedef enum sss_dipole_path
 
 typedef struct sss_dipole_gather_options
 {
+    double tolerance;             // relative L2 error aimed at for receivers on the surface, in [1e-5, 0.5]; 0: 1e-3
     sss_dipole_geometry geometry; // 0: distance only
-    double tolerance;             // relative L2 error aimed at, in [1e-5, 0.5]; 0: 1e-3
     sss_dipole_path path;         // 0: automatic; SSS_ERROR_INVALID_ARGUMENT if this processor lacks it
     int point_sampling;           // 1: one sample a triangle at its centroid, no integration (the plain baseline)
 } sss_dipole_gather_options;
 
 typedef struct sss_dipole_gather_stats
 {
+    double tolerance;             // as resolved
     sss_dipole_geometry geometry; // as resolved
     sss_dipole_path path;         // as resolved
-    double tolerance;             // as resolved
     double path_tolerance;        // what this path adds to the relative L2 error of B against the scalar path
     double predicted_error;       // predicted relative L2 error of B against the converged integral
     double one_point_mm;          // mean distance beyond which a triangle counts as one point
     double mean_edge_mm;          // mean edge length of the mesh
+    int point_sampling;           // as resolved
     size_t emitter_count;         // triangles or points with an area > 0
     size_t table_entries;         // per table; 0 on the scalar path
     size_t bytes;                 // allocated
@@ -417,8 +423,9 @@ typedef struct sss_dipole_receivers
     size_t count;
 } sss_dipole_receivers;
 
-// Prepares a mesh as emitters, O(T log T); irradiance is zero until set. Near triangles are integrated
-// adaptively at run time, so that the result converges for meshes coarser than a mean free path.
+// Prepares a mesh as emitters, O(T); irradiance is zero until set. Near triangles are integrated adaptively at run
+// time, so that the result converges for meshes coarser than a mean free path. There is nothing to save: preparing
+// takes a fraction of the time of one gather.
 //   options, hooks  may be NULL: defaults
 //   out             freed with sss_dipole_gather_free; keeps no pointer to the mesh
 // Allocates. SSS_ERROR_INVALID_ARGUMENT, _EMPTY, _INDEX, _OVERFLOW, _OUT_OF_MEMORY.
@@ -445,12 +452,13 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_create_points(const sss_dipole_point
 SSS_DIPOLE_API void sss_dipole_gather_free(sss_dipole_gather *gather);
 
 // Sets the irradiance: a new light costs O(T).
-//   irradiance  [V][3] or [T][3], W/mm^2, finite (SSS_DIPOLE_VERTICES: [count][3] for points)
+//   irradiance  [V][3] or [T][3], W/mm^2, finite; for points [count][3] with SSS_DIPOLE_VERTICES
 // Not concurrent with other calls on the same object. SSS_ERROR_INVALID_ARGUMENT: the object is unchanged.
 SSS_DIPOLE_API sss_result sss_dipole_gather_set_irradiance(sss_dipole_gather *gather, sss_dipole_elements elements,
                                                            const float *irradiance);
 
-// Rows [begin, end) of the gather: a pure function, bit-identical however the rows are split; any threads.
+// Rows [begin, end) of the gather: a pure function, bit-identical however the rows are split; any threads, each of
+// which needs 64 KB of stack.
 //   receivers  anywhere;   radiosity  [receivers->count][3], W/mm^2, only rows begin..end-1 are written
 // SSS_ERROR_INVALID_ARGUMENT: null, non-finite, a missing or zero normal, begin > end, end > count.
 SSS_DIPOLE_API sss_result sss_dipole_gather_rows(const sss_dipole_gather *gather,
@@ -462,17 +470,18 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_rows(const sss_dipole_gather *gather
 SSS_DIPOLE_API sss_result sss_dipole_gather_run(const sss_dipole_gather *gather,
                                                 const sss_dipole_receivers *receivers, float *radiosity);
 
-// What was chosen, and what it costs.
+// What was chosen, and what it costs. SSS_ERROR_INVALID_ARGUMENT: null.
 SSS_DIPOLE_API sss_result sss_dipole_gather_get_stats(const sss_dipole_gather *gather, sss_dipole_gather_stats *out);
 
-// One call from irradiance to radiosity, both at the vertices of a mesh. Normals are computed where missing.
+// One call from irradiance to radiosity, both at the vertices of a mesh. Normals are computed where missing or zero.
 //   irradiance, radiosity  [V][3], W/mm^2;   options, hooks  may be NULL
 // Allocates. All errors of the functions that it calls; radiosity is then untouched.
 SSS_DIPOLE_API sss_result sss_dipole_shade(const sss_mesh *mesh, const sss_profile *profile, const float *irradiance,
                                            const sss_dipole_gather_options *options, const sss_hooks *hooks,
                                            float *radiosity);
 
-// Without scattering across the surface: radiosity = Rd_total E, exactly.   irradiance, radiosity  [count][3]
+// Without scattering across the surface: radiosity = Rd_total E, exactly.   irradiance, radiosity  [count][3], W/mm^2
+// SSS_ERROR_INVALID_ARGUMENT: null, non-finite or an invalid profile; SSS_ERROR_EMPTY; SSS_ERROR_OVERFLOW.
 SSS_DIPOLE_API sss_result sss_dipole_lambert(const sss_profile *profile, const float *irradiance, size_t count,
                                              float *radiosity);
 
@@ -498,14 +507,19 @@ typedef enum sss_dipole_need
 typedef struct sss_dipole_advice
 {
     sss_dipole_need need;    // the least that meets the tolerance
-    double predicted_error;  // predicted relative L2 error of that least
+    double predicted_error;  // relative error of what that leaves out: lambert_error, the light beyond radius_mm, or 0
     double lambert_error;    // predicted relative L2 error of Lambert under one shadow edge across the object
     double crossing;         // share of the light that reaches farther than thickness_mm
     double radius_mm;        // radius that holds all but the tolerance; infinite where nothing less does
     double spacing_mm;       // sample spacing at which plain point sampling meets the tolerance
+    double spacing_error;    // predicted relative L2 error of plain point sampling at the scene's spacing; 0: unknown
     double sample_count;     // triangles of that edge length on the area: area / (sqrt(3)/4 spacing^2)
     char reason[160];        // one line, English
 } sss_dipole_advice;
+
+// Fills in what a mesh tells of a scene: size, area, spacing (mean length of all triangles' edges). The rest is 0.
+// SSS_ERROR_INVALID_ARGUMENT, _EMPTY, _INDEX, _OVERFLOW.
+SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_scene *out);
 
 // Says whether scattering is visible at all, whether it is local, whether light crosses the object, and what
 // radius and sampling are needed: the worst of the three channels decides. How the numbers are predicted is
@@ -541,6 +555,7 @@ typedef struct sss_dipole_glsl_uniforms
     float exit_scale;   // uniform float sss_exit_scale: 1, or 1/(1 - F_external) when conserving
 } sss_dipole_glsl_uniforms;
 
+// SSS_ERROR_INVALID_ARGUMENT: null, an invalid profile or convention.
 SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profile, sss_dipole_exit exit_convention,
                                                        sss_dipole_glsl_uniforms *out);
 
@@ -649,6 +664,8 @@ SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profil
     "}\n"                                                                                                       \
     "#endif\n"
 
+#endif // SSS_DIPOLE_H
+
 // =========================================== IMPLEMENTATION ============================================
 #ifdef SSS_DIPOLE_IMPLEMENTATION
 #ifndef SSS_DIPOLE_IMPLEMENTED
@@ -664,14 +681,31 @@ SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profil
 
 // ---- small maths and checks ----
 
+// Looks at the bits, so that it holds under -ffast-math as well.
 static int sss_dipole__finite(double x)
 {
-    return x - x == 0.0; // false for infinities and NaN, and needs no macro of the C library
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return (bits & 0x7ff0000000000000u) != 0x7ff0000000000000u;
 }
 
 static int sss_dipole__in_range(double x, double low, double high)
 {
-    return x >= low && x <= high; // false for NaN
+    return sss_dipole__finite(x) && x >= low && x <= high;
+}
+
+static float sss_dipole__float_of_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static uint32_t sss_dipole__bits_of_float(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
 }
 
 static int sss_dipole__all_finite(const float *x, size_t count)
@@ -715,7 +749,7 @@ static int sss_dipole__normalize(double v[3])
     const double largest = sss_dipole__max(fabs(v[0]), sss_dipole__max(fabs(v[1]), fabs(v[2])));
     double length;
     int i;
-    if (!(largest > 0.0) || !sss_dipole__finite(largest))
+    if (!(largest > 0.0) || !sss_dipole__finite(v[0]) || !sss_dipole__finite(v[1]) || !sss_dipole__finite(v[2]))
     {
         return 0;
     }
@@ -731,14 +765,14 @@ static int sss_dipole__normalize(double v[3])
     return 1;
 }
 
-// The root of a monotone function in [low, high], both > 0, by bisection of the logarithm: 100 halvings leave
-// nothing of a range of 1e300, whatever the function's shape.
+// The root of a monotone function in [low, high], both > 0, by bisection of the logarithm, until the bracket is
+// narrower than the relative precision.
 static double sss_dipole__bisect(double (*f)(const void *context, double x), const void *context, double target,
-                                 double low, double high)
+                                 double low, double high, double precision)
 {
     const int rising = f(context, high) > f(context, low);
     int i;
-    for (i = 0; i < 100; i++)
+    for (i = 0; i < 100 && high > low * (1.0 + precision); i++)
     {
         const double middle = sqrt(low) * sqrt(high);
         if ((f(context, middle) < target) == rising)
@@ -754,6 +788,16 @@ static double sss_dipole__bisect(double (*f)(const void *context, double x), con
 }
 
 // ---- 2. Fresnel (before the materials, which need it) ----
+
+static int sss_dipole__valid_mode(sss_dipole_fresnel_mode mode)
+{
+    return mode == SSS_DIPOLE_FRESNEL_EXACT || mode == SSS_DIPOLE_FRESNEL_POLYNOMIAL;
+}
+
+static int sss_dipole__valid_exit(sss_dipole_exit convention)
+{
+    return convention == SSS_DIPOLE_EXIT_PAPER || convention == SSS_DIPOLE_EXIT_CONSERVING;
+}
 
 static int sss_dipole__valid_eta(double eta)
 {
@@ -870,7 +914,7 @@ static double sss_dipole__fresnel_polynomial(double eta)
 SSS_DIPOLE_API double sss_dipole_fresnel_internal(double eta, sss_dipole_fresnel_mode mode)
 {
     const double w = fabs(eta - 1.0) / (eta + 1.0);
-    if (!sss_dipole__valid_eta(eta))
+    if (!sss_dipole__valid_eta(eta) || !sss_dipole__valid_mode(mode))
     {
         return NAN;
     }
@@ -884,7 +928,7 @@ SSS_DIPOLE_API double sss_dipole_fresnel_internal(double eta, sss_dipole_fresnel
 SSS_DIPOLE_API double sss_dipole_fresnel_external(double eta, sss_dipole_fresnel_mode mode)
 {
     const double w = fabs(eta - 1.0) / (eta + 1.0);
-    if (!sss_dipole__valid_eta(eta))
+    if (!sss_dipole__valid_eta(eta) || !sss_dipole__valid_mode(mode))
     {
         return NAN;
     }
@@ -898,6 +942,10 @@ SSS_DIPOLE_API double sss_dipole_fresnel_external(double eta, sss_dipole_fresnel
 SSS_DIPOLE_API double sss_dipole_exit_factor(double cos_o, double eta, sss_dipole_exit exit_convention)
 {
     const double F_t = 1.0 - sss_dipole_fresnel(cos_o, eta);
+    if (!sss_dipole__valid_eta(eta) || !sss_dipole__valid_exit(exit_convention))
+    {
+        return NAN;
+    }
     if (exit_convention != SSS_DIPOLE_EXIT_CONSERVING)
     {
         return F_t;
@@ -1060,13 +1108,13 @@ static void sss_dipole__invert_albedo(double albedo, double q, double *alpha_p, 
     }
     if (1.0 - albedo < sss_dipole__loss_of_u(&q, u_split))
     {
-        const double u = sss_dipole__bisect(sss_dipole__loss_of_u, &q, 1.0 - albedo, 1e-300, u_split);
+        const double u = sss_dipole__bisect(sss_dipole__loss_of_u, &q, 1.0 - albedo, 1e-300, u_split, 1e-16);
         *one_minus_alpha_p = u * u / 3.0;
         *alpha_p = 1.0 - *one_minus_alpha_p;
     }
     else
     {
-        const double v = sss_dipole__bisect(sss_dipole__total_of_v, &q, albedo, 1e-308, u_split);
+        const double v = sss_dipole__bisect(sss_dipole__total_of_v, &q, albedo, 1e-307, u_split, 1e-16);
         *alpha_p = v * (2.0 * SSS_DIPOLE__SQRT3 - v) / 3.0;
         *one_minus_alpha_p = 1.0 - *alpha_p;
     }
@@ -1157,8 +1205,7 @@ SSS_DIPOLE_API sss_result sss_dipole_profile(const sss_dipole_material *material
     sss_profile p;
     double q;
     int i;
-    if (material == NULL || out == NULL || !sss_dipole__valid_material(material)
-        || (mode != SSS_DIPOLE_FRESNEL_EXACT && mode != SSS_DIPOLE_FRESNEL_POLYNOMIAL))
+    if (material == NULL || out == NULL || !sss_dipole__valid_material(material) || !sss_dipole__valid_mode(mode))
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
@@ -1308,6 +1355,10 @@ SSS_DIPOLE_API double sss_dipole_Rd_placed(const sss_profile *profile, int chann
     for (i = 0; i < 3; i++)
     {
         n[i] = n_o[i];
+        if (!sss_dipole__finite(x_i[i]) || !sss_dipole__finite(x_o[i]))
+        {
+            return NAN;
+        }
     }
     if (!sss_dipole__normalize(n))
     {
@@ -1436,11 +1487,13 @@ SSS_DIPOLE_API double sss_dipole_radius(const sss_profile *profile, int channel,
     }
     context.profile = profile;
     context.channel = channel;
-    low = 1e-160 * profile->z_r[channel]; // the flux inside goes as R^2, so that this holds less than any double
-    high = 1e20 * profile->z_v[channel];  // without absorption the flux beyond goes as 1/R: less than 1 - fraction
+    // The flux inside goes as R^2, so that `low` holds less than any double; without absorption the flux beyond goes
+    // as 1/R, so that beyond `high` lies less than any 1 - fraction.
+    low = sss_dipole__max(1e-160 * profile->z_r[channel], 1e-307);
+    high = sss_dipole__min(1e20 * profile->z_v[channel], 1e300);
     return fraction < 0.5
-               ? sss_dipole__bisect(sss_dipole__inside_of, &context, fraction * total, low, high)
-               : sss_dipole__bisect(sss_dipole__beyond_of, &context, (1.0 - fraction) * total, low, high);
+               ? sss_dipole__bisect(sss_dipole__inside_of, &context, fraction * total, low, high, 1e-16)
+               : sss_dipole__bisect(sss_dipole__beyond_of, &context, (1.0 - fraction) * total, low, high, 1e-16);
 }
 
 static double sss_dipole__spectrum_of(double sigma_tr, double z, double k)
@@ -1605,7 +1658,7 @@ static int sss_dipole__valid_light(const sss_dipole_light *light, size_t element
                 }
             }
         }
-        else if (!sss_dipole__in_range(light->color[i], 0.0, 1e150))
+        else if (!sss_dipole__in_range(light->color[i], 0.0, 1e30))
         {
             return 0;
         }
@@ -1713,7 +1766,7 @@ static double sss_dipole__light_factor(const sss_dipole_light *light, const sss_
     return falloff * cosine * (options->no_fresnel ? 1.0 : 1.0 - sss_dipole_fresnel(cosine, options->eta));
 }
 
-// All lights at one element; env[l][channel] are no arguments of a light, but the three lobes of the options.
+// The irradiance E of all lights at one element: position x, unit normal n, the environment's lobes by band.
 static void sss_dipole__light_element(const sss_dipole_light *lights, size_t light_count,
                                       const sss_dipole_irradiance_options *options, double mm_per_unit,
                                       const double x[3], const double n[3], const double lobes[3], size_t element,
@@ -1810,7 +1863,8 @@ SSS_DIPOLE_API sss_result sss_dipole_irradiance(const sss_mesh *mesh, const sss_
         }
         for (i = 0; i < 3; i++)
         {
-            irradiance[3 * k + (size_t)i] = (float)E[i];
+            const double before = options->accumulate ? (double)irradiance[3 * k + (size_t)i] : 0.0;
+            irradiance[3 * k + (size_t)i] = (float)sss_dipole__min(1e30, before + E[i]);
         }
     }
     return SSS_OK;
@@ -1823,15 +1877,13 @@ SSS_DIPOLE_API sss_result sss_dipole_irradiance(const sss_mesh *mesh, const sss_
 // groups of 64 blocks. For each receiver and block the distance decides between
 //   one point a triangle, at the centroid                           (far),
 //   three points, the rule of degree 2                              (middle),
-//   recursive 4-to-1 subdivision down to pieces that three points integrate (near),
+//   recursive bisection down to pieces that three points integrate                  (near),
 // with the distances at which each is good enough computed from the profile and the tolerance.
 
 #define SSS_DIPOLE__BLOCK 16u     // triangles
 #define SSS_DIPOLE__GROUP 64u     // blocks
 #define SSS_DIPOLE__TILE 16u      // receivers that share a pass over the emitters
 #define SSS_DIPOLE__BUFFER 512u   // near points collected before they are evaluated
-#define SSS_DIPOLE__BIN_BITS 6u   // table bins an octave: 2^6
-#define SSS_DIPOLE__SHIFT (23u - SSS_DIPOLE__BIN_BITS)
 #define SSS_DIPOLE__SIZES 256     // triangle sizes for which distances are tabulated, 4 an octave, up to 4
 #define SSS_DIPOLE__BUDGET 2.0    // times the tolerance: what the error bounds of far and of near triangles may reach
 #define SSS_DIPOLE__LEFT 0.16     // the part of those bounds that is predicted: the rest cancels between triangles,
@@ -1849,7 +1901,8 @@ typedef struct sss_dipole__model
     double z_min, z_max;     // over the channels that scatter
     float c;                 // tables are indexed by x = r^2 + c (distance) or x = s^2 (placed)
     float x_low;             // smallest x tabulated
-    uint32_t base;           // bits of x_low >> SHIFT
+    uint32_t bin_bits;       // 2^bin_bits bins an octave: so many leading bits of the mantissa are the index
+    uint32_t base;           // index of x_low
     size_t size;             // intervals in a table; 0 on the scalar path
     double gain[3];          // table values are R_d / gain
     const float *table[6];   // distance: R_d per channel; placed: real source per channel, virtual per channel
@@ -1858,8 +1911,10 @@ typedef struct sss_dipole__model
 typedef struct sss_dipole__block
 {
     float center[3], radius; // bounding sphere of the triangles
+    float edge;              // longest edge of a triangle
     float far_distance;      // beyond this, one point a triangle
     float middle_distance;   // beyond this, three points
+    int lit, partly_dark;    // any irradiance in it; of a group: a block of it has none
 } sss_dipole__block;
 
 // Sample points: x, y, z and weights E A for r, g, b, each in its own array.
@@ -1871,6 +1926,7 @@ typedef struct sss_dipole__samples
 typedef struct sss_dipole__near
 {
     double far_distance[SSS_DIPOLE__SIZES], middle_distance[SSS_DIPOLE__SIZES];
+    double one_ratio, three_ratio; // distances over edges that one and three points need before an intruding source
 } sss_dipole__near;
 
 // Adds the samples [begin, end), a multiple of 16, to sum: position and normal of the receiver in `receiver`.
@@ -1881,7 +1937,6 @@ struct sss_dipole_gather
 {
     sss_hooks hooks;
     sss_dipole_gather_stats stats;
-    int point_sampling;
     double center[3];            // mesh units
     double unit_per_diagonal;    // mesh units in one diagonal
     sss_dipole__model model;
@@ -1889,14 +1944,15 @@ struct sss_dipole_gather
     sss_dipole__near near_table;
     size_t vertex_count, triangle_count; // of the mesh; triangle_count = 0 for points
     size_t block_count, group_count;
-    double irradiance_scale;
+    double irradiance_scale;     // W/mm^2: the largest irradiance
+    double area_scale;           // square diagonals: the largest area
     sss_dipole__block *blocks;   // [block_count]
     sss_dipole__block *groups;   // [group_count]
     sss_dipole__samples one;     // [16 block_count] each
     sss_dipole__samples three;   // [48 block_count] each
-    float *corners;              // [16 block_count][3][3]
-    float *corner_E;             // [16 block_count][3][3], of 1
-    float *area;                 // [16 block_count]; 0 in the padding
+    float *corners;              // [16 block_count][3][3], mesh units: the receiver must cancel exactly
+    float *corner_E;             // [16 block_count][3][3], of irradiance_scale
+    float *area;                 // [16 block_count], of area_scale; 0 in the padding
     uint32_t *vertex;            // [16 block_count][3]
     uint32_t *element;           // [16 block_count] triangle or point
     float *tables;
@@ -1936,12 +1992,10 @@ static void sss_dipole__kernel_scalar(const sss_dipole__model *m, const sss_dipo
 // are the index, the remaining bits the fraction.
 static float sss_dipole__lookup(const sss_dipole__model *m, const float *table, float x)
 {
-    union { float f; uint32_t u; } bits, fraction;
-    const float *entry;
-    bits.f = x > m->x_low ? x : m->x_low;
-    fraction.u = ((bits.u << SSS_DIPOLE__BIN_BITS) & 0x7fffffu) | 0x3f800000u;
-    entry = table + ((bits.u >> SSS_DIPOLE__SHIFT) - m->base);
-    return entry[0] + (fraction.f - 1.0f) * (entry[1] - entry[0]);
+    const uint32_t bits = sss_dipole__bits_of_float(x > m->x_low ? x : m->x_low);
+    const float fraction = sss_dipole__float_of_bits(((bits << m->bin_bits) & 0x7fffffu) | 0x3f800000u) - 1.0f;
+    const float *entry = table + ((bits >> (23u - m->bin_bits)) - m->base);
+    return entry[0] + fraction * (entry[1] - entry[0]);
 }
 
 static void sss_dipole__kernel_table(const sss_dipole__model *m, const sss_dipole__samples *samples, size_t begin,
@@ -2003,9 +2057,9 @@ SSS_DIPOLE__AVX2 static inline sss_dipole__place8 sss_dipole__place_avx2(const s
 {
     sss_dipole__place8 place;
     const __m256i bits = _mm256_castps_si256(_mm256_max_ps(x, _mm256_set1_ps(m->x_low)));
-    const __m256i mantissa = _mm256_and_si256(_mm256_slli_epi32(bits, (int)SSS_DIPOLE__BIN_BITS),
-                                              _mm256_set1_epi32(0x7fffff));
-    place.index = _mm256_sub_epi32(_mm256_srli_epi32(bits, (int)SSS_DIPOLE__SHIFT), _mm256_set1_epi32((int)m->base));
+    const __m128i left = _mm_cvtsi32_si128((int)m->bin_bits), right = _mm_cvtsi32_si128(23 - (int)m->bin_bits);
+    const __m256i mantissa = _mm256_and_si256(_mm256_sll_epi32(bits, left), _mm256_set1_epi32(0x7fffff));
+    place.index = _mm256_sub_epi32(_mm256_srl_epi32(bits, right), _mm256_set1_epi32((int)m->base));
     place.fraction = _mm256_sub_ps(_mm256_castsi256_ps(_mm256_or_si256(mantissa, _mm256_set1_epi32(0x3f800000))),
                                    _mm256_set1_ps(1.0f));
     return place;
@@ -2078,6 +2132,10 @@ SSS_DIPOLE__AVX2 static void sss_dipole__kernel_avx2(const sss_dipole__model *m,
     sum[2] += sss_dipole__sum_avx2(blue) * m->gain[2];
 }
 
+// gcc's gathers are macros without optimisation, and warn of themselves: such builds do without this path.
+#if defined(__OPTIMIZE__) || defined(__clang__)
+#define SSS_DIPOLE__X86_512
+
 typedef struct sss_dipole__place16
 {
     __m256i index[2];
@@ -2092,9 +2150,10 @@ SSS_DIPOLE__AVX512 static inline sss_dipole__place16 sss_dipole__place_avx512(co
     sss_dipole__place16 place;
     const __m512i bits = _mm512_castps_si512(
         _mm512_maskz_max_ps(SSS_DIPOLE__ALL16, x, _mm512_set1_ps(m->x_low)));
-    const __m512i mantissa = _mm512_and_si512(
-        _mm512_maskz_slli_epi32(SSS_DIPOLE__ALL16, bits, SSS_DIPOLE__BIN_BITS), _mm512_set1_epi32(0x7fffff));
-    const __m512i index = _mm512_sub_epi32(_mm512_maskz_srli_epi32(SSS_DIPOLE__ALL16, bits, SSS_DIPOLE__SHIFT),
+    const __m128i left = _mm_cvtsi32_si128((int)m->bin_bits), right = _mm_cvtsi32_si128(23 - (int)m->bin_bits);
+    const __m512i mantissa = _mm512_and_si512(_mm512_maskz_sll_epi32(SSS_DIPOLE__ALL16, bits, left),
+                                              _mm512_set1_epi32(0x7fffff));
+    const __m512i index = _mm512_sub_epi32(_mm512_maskz_srl_epi32(SSS_DIPOLE__ALL16, bits, right),
                                            _mm512_set1_epi32((int)m->base));
     place.index[0] = _mm512_maskz_extracti64x4_epi64(SSS_DIPOLE__ALL8, index, 0);
     place.index[1] = _mm512_maskz_extracti64x4_epi64(SSS_DIPOLE__ALL8, index, 1);
@@ -2178,7 +2237,8 @@ SSS_DIPOLE__AVX512 static void sss_dipole__kernel_avx512(const sss_dipole__model
     sum[1] += sss_dipole__sum_avx512(green) * m->gain[1];
     sum[2] += sss_dipole__sum_avx512(blue) * m->gain[2];
 }
-#endif
+#endif // SSS_DIPOLE__X86_512
+#endif // SSS_DIPOLE__X86
 
 // The kernel of a path, or NULL where the processor lacks it.
 static sss_dipole__kernel sss_dipole__find_kernel(sss_dipole_path path)
@@ -2190,16 +2250,15 @@ static sss_dipole__kernel sss_dipole__find_kernel(sss_dipole_path path)
 #ifdef SSS_DIPOLE__X86
     case SSS_DIPOLE_PATH_AVX2:
         return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") ? sss_dipole__kernel_avx2 : NULL;
+#endif
+#ifdef SSS_DIPOLE__X86_512
     case SSS_DIPOLE_PATH_AVX512:
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
                        && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")
                    ? sss_dipole__kernel_avx512
                    : NULL;
-#else
-    case SSS_DIPOLE_PATH_AVX2:
-    case SSS_DIPOLE_PATH_AVX512: return NULL;
 #endif
-    case SSS_DIPOLE_PATH_AUTO: break;
+    default: break; // automatic, or not compiled in
     }
     return NULL;
 }
@@ -2229,7 +2288,6 @@ static void sss_dipole__make_model(const sss_profile *profile, sss_dipole_geomet
         const double z_r = profile->z_r[i] / diagonal_mm;
         const double z_used = sss_dipole__min(1e15, sss_dipole__max(1e-15, z_r));
         m->a[i] = profile->alpha_p[i] / (4.0 * SSS_DIPOLE__PI);
-        m->z[0][i] = m->z[1][i] = 1.0; // any: the channel does not scatter
         m->gain[i] = 1.0;
         if (m->a[i] > 0.0)
         {
@@ -2244,6 +2302,20 @@ static void sss_dipole__make_model(const sss_profile *profile, sss_dipole_geomet
     {
         m->z_min = m->z_max = 1.0; // nothing scatters
     }
+    for (i = 0; i < 3; i++)
+    {
+        if (m->a[i] == 0.0)
+        {
+            m->z[0][i] = m->z[1][i] = m->z_min; // any that the tables hold: its weight is 0
+        }
+    }
+}
+
+// The smallest s^2 at which table k is looked up: nearer samples take the scalar path.
+static double sss_dipole__closest2(const sss_dipole__model *m, int k)
+{
+    const double s = m->geometry == SSS_DIPOLE_PLACED ? SSS_DIPOLE__CLOSE * m->z[k / 3][k % 3] : m->z_min;
+    return s * s;
 }
 
 // The tabulated function k at x: R_d at r^2 = x - c, or one source at s^2 = x; per gain.
@@ -2254,10 +2326,10 @@ static double sss_dipole__tabulated(const sss_dipole__model *m, int k, double x)
     int source;
     for (source = 0; source < 2; source++)
     {
-        const double z = m->z[source][i];
+        const double z = m->z[source][i], flat = 0.5 * sss_dipole__closest2(m, 3 * source + i);
         const double d = m->geometry == SSS_DIPOLE_DISTANCE
-                             ? sqrt(sss_dipole__max(0.0, x - m->z_min * m->z_min) + z * z)
-                             : sqrt(x);
+                             ? sqrt(x + (z - m->z_min) * (z + m->z_min)) // also where a bin begins below r = 0
+                             : sqrt(sss_dipole__max(x, flat)); // not looked up there: keeps the range small
         if (m->geometry == SSS_DIPOLE_DISTANCE || source == k / 3)
         {
             value += sss_dipole__source(m->sigma[i], z, d);
@@ -2268,33 +2340,33 @@ static double sss_dipole__tabulated(const sss_dipole__model *m, int k, double x)
 
 static double sss_dipole__x_at(const sss_dipole__model *m, size_t entry)
 {
-    union { float f; uint32_t u; } bits;
-    bits.u = (m->base + (uint32_t)entry) << SSS_DIPOLE__SHIFT;
-    return (double)bits.f;
+    return (double)sss_dipole__float_of_bits((m->base + (uint32_t)entry) << (23u - m->bin_bits));
 }
 
-// Range and size of the tables; returns the number of tables.
-static int sss_dipole__plan_tables(sss_dipole__model *m)
+// Range and size of the tables; returns the number of tables. 64 bins an octave interpolate to 6e-5, and every
+// doubling to a quarter of that.
+static int sss_dipole__plan_tables(sss_dipole__model *m, double tolerance)
 {
-    union { float f; uint32_t u; } low, high;
+    float high;
     const int placed = m->geometry == SSS_DIPOLE_PLACED;
     const double reach = SSS_DIPOLE__REACH + 1.0 + (placed ? m->z_max : 0.0);
     const double nearest = placed ? SSS_DIPOLE__CLOSE * m->z_min : m->z_min;
-    low.f = (float)(nearest * nearest);
-    high.f = (float)(reach * reach + nearest * nearest);
+    m->bin_bits = tolerance >= 2e-4 ? 6 : tolerance >= 5e-5 ? 7 : 8;
+    m->x_low = (float)(nearest * nearest);
     m->c = placed ? 0.0f : (float)(m->z_min * m->z_min);
-    m->x_low = low.f;
-    m->base = low.u >> SSS_DIPOLE__SHIFT;
-    m->size = (high.u >> SSS_DIPOLE__SHIFT) - m->base + 2;
+    m->base = sss_dipole__bits_of_float(m->x_low) >> (23u - m->bin_bits);
+    high = (float)(reach * reach + nearest * nearest);
+    m->size = (sss_dipole__bits_of_float(high) >> (23u - m->bin_bits)) - m->base + 2;
     return placed ? 6 : 3;
 }
 
-// Fills table k [size + 1] and returns its error: the share of R_d's flux by which the interpolant differs.
-// Linear interpolation of a convex function lies above it: nodes are lowered by half the error at midpoints.
-// What has fallen below 1e-25 of the largest value is 0, so that no product is subnormal.
+// Fills table k [size + 1] and returns its error: the largest relative error of the interpolant, weighed by the share
+// of the light that travels as far. Linear interpolation of a convex function lies above it: nodes are lowered by half
+// the error at midpoints. What has fallen below 1e-25 of the largest value is 0, so that no product is subnormal.
 static double sss_dipole__fill_table(const sss_dipole__model *m, int k, float *table)
 {
-    double wrong = 0.0, flux = 0.0, before = 0.0, value = sss_dipole__tabulated(m, k, sss_dipole__x_at(m, 0));
+    const double first = sss_dipole__closest2(m, k);
+    double worst = 0.0, before = 0.0, value = sss_dipole__tabulated(m, k, sss_dipole__x_at(m, 0));
     size_t j;
     for (j = 0; j <= m->size; j++)
     {
@@ -2303,13 +2375,16 @@ static double sss_dipole__fill_table(const sss_dipole__model *m, int k, float *t
         const double middle = sss_dipole__tabulated(m, k, 0.5 * (x + x_next));
         const double excess = 0.5 * (value + next) - middle;
         const double node = value - 0.25 * (before + excess);
-        wrong += 0.5 * fabs(excess) * (x_next - x); // dA = pi dx
-        flux += middle * (x_next - x);
+        const double share = sqrt(first / x) * exp(-m->sigma[k % 3] * (sqrt(x) - sqrt(first))); // z/d exp(-sigma (d-z))
+        if (x_next > first && middle > 0.0)
+        {
+            worst = sss_dipole__max(worst, 0.5 * fabs(excess) / middle * sss_dipole__min(1.0, share));
+        }
         table[j] = node > 1e-25 ? (float)node : 0.0f;
         before = excess;
         value = next;
     }
-    return flux > 0.0 ? wrong / flux : 0.0;
+    return worst;
 }
 
 // Builds all tables and returns the largest error, float rounding included.
@@ -2333,7 +2408,7 @@ static double sss_dipole__fill_tables(sss_dipole__model *m, int count, float *st
         m->table[k] = table;
         error = sss_dipole__max(error, sss_dipole__fill_table(m, k, table));
     }
-    return error + 4e-6; // float: positions, 64 additions a lane
+    return error + 6e-6; // float: positions, additions in a lane
 }
 
 // The relative error of B if every triangle of edge h beyond distance r is one point. The rule's error at one
@@ -2401,6 +2476,10 @@ static void sss_dipole__plan_distances(const sss_dipole__model *m, double tolera
 {
     const double step = 1.0905077326652577; // 2^(1/8)
     int k;
+    // An intruding source makes the spot before it the brightest part of the integral, so that the relative errors of
+    // the rules there count in full: (h/s)^2 9/48 and 2.9e-3 (h/s)^4.
+    near_table->one_ratio = sqrt(9.0 / 48.0 / tolerance);
+    near_table->three_ratio = sqrt(sqrt(2.9e-3 / tolerance));
     for (k = 0; k < SSS_DIPOLE__SIZES; k++)
     {
         const double h = pow(2.0, 2.0 - (double)(SSS_DIPOLE__SIZES - 1 - k) / 4.0);
@@ -2485,15 +2564,21 @@ static double sss_dipole__interpolation_integrand(const sss_dipole__edge *e, dou
 }
 
 // One point for a triangle of edge h over which irradiance varies misses (h^2/24) grad E . grad R_d A. Beyond distance
-// r that is at most h^2/24 |grad E|/E int |R_d'| dA, with E taken to change by itself over a sixth of the diagonal;
-// without absorption each source has int_r |R_d'| 2 pi r dr = r z/d^3 + (1 - r/d)/z, and absorption lessens it.
+// r that is at most h^2/24 |grad E|/E int |R_d'| dA, with E taken to change by itself over a sixth of the diagonal.
+// Without absorption a source has int_r |R_d'| 2 pi r dr = r z/d^3 + z/(d (d + r)); with it the integrand falls by
+// (1 + u + u^2/3) exp(-u), u = sigma d, whose value at r bounds it. The total is exp(-sigma z) a source.
 #define SSS_DIPOLE__VARIATION 6.0
-static double sss_dipole__variation_error(double z_r, double z_v, double h, double diagonal, double r)
+static double sss_dipole__variation_error(double sigma, const double z[2], double h, double diagonal, double r)
 {
-    const double d_r = hypot(r, z_r), d_v = hypot(r, z_v);
-    const double slope_r = r / d_r * (z_r / d_r) / d_r + (1.0 - r / d_r) / z_r;
-    const double slope_v = r / d_v * (z_v / d_v) / d_v + (1.0 - r / d_v) / z_v;
-    return h * h / 24.0 * SSS_DIPOLE__VARIATION / diagonal * 0.5 * (slope_r + slope_v);
+    double slope = 0.0, total = 0.0;
+    int k;
+    for (k = 0; k < 2; k++)
+    {
+        const double d = hypot(r, z[k]), u = sigma * d;
+        slope += (r / d * (z[k] / d) / d + z[k] / d / (d + r)) * (1.0 + u + u * u / 3.0) * exp(-u);
+        total += exp(-sigma * z[k]);
+    }
+    return h * h / 24.0 * SSS_DIPOLE__VARIATION / diagonal * slope / total;
 }
 
 // One sample a triangle, no integration: the relative error of B at spacing h on an object of a given diagonal.
@@ -2505,6 +2590,7 @@ static double sss_dipole__variation_error(double z_r, double z_v, double h, doub
 #define SSS_DIPOLE__SCATTER 0.5
 static double sss_dipole__sampling_error_of(double sigma, double z_r, double z_v, double h, double diagonal)
 {
+    const double z[2] = {z_r, z_v};
     const double k_lattice = 4.0 * SSS_DIPOLE__PI / (SSS_DIPOLE__SQRT3 * h);
     const double T_lattice = 1.0 - sss_dipole__one_minus_T(sigma, z_r, z_v, k_lattice);
     const double step = 0.69314718055994531 / 8.0;
@@ -2515,7 +2601,7 @@ static double sss_dipole__sampling_error_of(double sigma, double z_r, double z_v
         const double kz = exp(step * (double)i), T = 1.0 - sss_dipole__one_minus_T(sigma, z_r, z_v, kz / z_r);
         sum += step * kz * kz * kz * kz * kz * kz * T * T; // (k z_r)^6 dk/k
     }
-    return 3.0 * T_lattice + sss_dipole__variation_error(z_r, z_v, h, diagonal, 0.0)
+    return 3.0 * T_lattice + sss_dipole__variation_error(sigma, z, h, diagonal, 0.0)
            + SSS_DIPOLE__SCATTER * h * h / 48.0 * sqrt(0.25 * SSS_DIPOLE__SQRT3) * h
                  * sqrt(sum / (2.0 * SSS_DIPOLE__PI)) / (z_r * z_r * z_r);
 }
@@ -2598,7 +2684,7 @@ static double sss_dipole__emitter_area(const sss_dipole__emitters *e, size_t k)
     int i;
     if (e->mesh == NULL)
     {
-        return (double)e->points->areas[k] / (e->mm_per_unit * e->mm_per_unit);
+        return (double)e->points->areas[k] / e->mm_per_unit / e->mm_per_unit;
     }
     for (i = 0; i < 3; i++)
     {
@@ -2608,27 +2694,37 @@ static double sss_dipole__emitter_area(const sss_dipole__emitters *e, size_t k)
     return 0.5 * sqrt(sss_dipole__dot(n, n));
 }
 
-// Centre and diagonal of the bounding box of all emitters' points, mesh units; the diagonal is never 0.
+// Centre and diagonal of the bounding box of all emitters that have an area, mesh units; the diagonal is never 0.
 static void sss_dipole__bounds(const sss_dipole__emitters *e, double center[3], double *diagonal)
 {
-    const float *positions = e->mesh != NULL ? e->mesh->positions : e->points->positions;
-    const size_t count = e->mesh != NULL ? 3 * e->mesh->triangle_count : e->points->count;
+    const int corners = e->mesh != NULL ? 3 : 1;
     double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, d[3];
     size_t k;
-    int i;
-    for (k = 0; k < count; k++)
+    int i, j;
+    for (k = 0; k < e->count; k++)
     {
-        const float *p = positions + 3 * (e->mesh != NULL ? (size_t)e->mesh->triangles[k] : k);
-        for (i = 0; i < 3; i++)
+        for (j = 0; j < corners && sss_dipole__emitter_area(e, k) > 0.0; j++)
         {
-            low[i] = sss_dipole__min(low[i], (double)p[i]);
-            high[i] = sss_dipole__max(high[i], (double)p[i]);
+            double p[3];
+            if (e->mesh != NULL)
+            {
+                sss_dipole__corner(e->mesh, k, j, p);
+            }
+            else
+            {
+                sss_dipole__emitter_centroid(e, k, p);
+            }
+            for (i = 0; i < 3; i++)
+            {
+                low[i] = sss_dipole__min(low[i], p[i]);
+                high[i] = sss_dipole__max(high[i], p[i]);
+            }
         }
     }
     for (i = 0; i < 3; i++)
     {
-        center[i] = 0.5 * (low[i] + high[i]);
-        d[i] = high[i] - low[i];
+        center[i] = low[i] <= high[i] ? 0.5 * (low[i] + high[i]) : 0.0;
+        d[i] = low[i] <= high[i] ? high[i] - low[i] : 0.0;
     }
     *diagonal = sqrt(sss_dipole__dot(d, d));
     if (*diagonal == 0.0)
@@ -2712,7 +2808,7 @@ static void *sss_dipole__carve(char *base, size_t *offset, size_t count, size_t 
 static size_t sss_dipole__lay_out(sss_dipole_gather *g, char *base, size_t table_floats)
 {
     const size_t n = SSS_DIPOLE__BLOCK * g->block_count;
-    const size_t near_n = g->triangle_count > 0 && !g->point_sampling ? n : 0;
+    const size_t near_n = g->triangle_count > 0 && !g->stats.point_sampling ? n : 0;
     size_t offset = 0;
     int i;
     g->blocks = (sss_dipole__block *)sss_dipole__carve(base, &offset, g->block_count, sizeof *g->blocks);
@@ -2736,11 +2832,12 @@ static void sss_dipole__place_emitter(sss_dipole_gather *g, const sss_dipole__em
                                       uint32_t element, int padding)
 {
     const double scale = 1.0 / g->unit_per_diagonal;
+    const double area = sss_dipole__emitter_area(e, element) / g->unit_per_diagonal / g->unit_per_diagonal;
     double c[3], p[3][3];
     int i, k;
     sss_dipole__emitter_centroid(e, element, c);
     g->element[slot] = element;
-    g->area[slot] = padding ? 0.0f : (float)(sss_dipole__emitter_area(e, element) * scale * scale);
+    g->area[slot] = padding ? 0.0f : (float)(area / g->area_scale);
     for (i = 0; i < 3; i++)
     {
         g->one.p[i][slot] = (float)((c[i] - g->center[i]) * scale);
@@ -2750,7 +2847,7 @@ static void sss_dipole__place_emitter(sss_dipole_gather *g, const sss_dipole__em
         sss_dipole__corner(e->mesh, element, k, p[k]);
         g->vertex[3 * slot + (size_t)k] = e->mesh->triangles[3 * (size_t)element + (size_t)k];
     }
-    if (e->mesh == NULL || g->point_sampling)
+    if (e->mesh == NULL || g->stats.point_sampling)
     {
         return;
     }
@@ -2760,7 +2857,7 @@ static void sss_dipole__place_emitter(sss_dipole_gather *g, const sss_dipole__em
         {
             const double sample = (p[0][i] + p[1][i] + p[2][i] + 3.0 * p[k][i]) / 6.0; // (2/3, 1/6, 1/6)
             g->three.p[i][3 * slot + (size_t)k] = (float)((sample - g->center[i]) * scale);
-            g->corners[9 * slot + 3 * (size_t)k + (size_t)i] = (float)((p[k][i] - g->center[i]) * scale);
+            g->corners[9 * slot + 3 * (size_t)k + (size_t)i] = (float)p[k][i];
         }
     }
 }
@@ -2771,13 +2868,18 @@ static double sss_dipole__distance(const double a[3], const double b[3])
     return sqrt(sss_dipole__dot(d, d));
 }
 
-// Grows the bounding sphere and the distances of `block` to hold `part`.
-static void sss_dipole__include(sss_dipole__block *block, const double point[3], double radius, double far_distance,
-                                double middle_distance)
+// Grows the bounding sphere of `block` to hold a ball.
+static void sss_dipole__include(sss_dipole__block *block, const double point[3], double radius)
 {
     const double center[3] = {(double)block->center[0], (double)block->center[1], (double)block->center[2]};
     const double reach = (sss_dipole__distance(center, point) + radius) * (1.0 + 1e-6); // outward rounding
     block->radius = (float)sss_dipole__max((double)block->radius, reach);
+}
+
+// Makes `block` as demanding as a part of it with longest edge `edge`.
+static void sss_dipole__demand(sss_dipole__block *block, double edge, double far_distance, double middle_distance)
+{
+    block->edge = (float)sss_dipole__max((double)block->edge, edge);
     block->far_distance = (float)sss_dipole__max((double)block->far_distance, far_distance);
     block->middle_distance = (float)sss_dipole__max((double)block->middle_distance, middle_distance);
 }
@@ -2815,26 +2917,29 @@ static void sss_dipole__bound_block(sss_dipole_gather *g, size_t b)
     sss_dipole__center_block(g, begin, end, block);
     for (slot = begin; slot < end; slot++)
     {
-        double p[3][3];
+        double p[3][3], edge;
         int size_class;
-        if (g->triangle_count == 0 || g->point_sampling)
+        if (g->triangle_count == 0 || g->stats.point_sampling)
         {
             const double x[3] = {(double)g->one.p[0][slot], (double)g->one.p[1][slot], (double)g->one.p[2][slot]};
-            sss_dipole__include(block, x, 0.0, 0.0, 0.0);
+            sss_dipole__include(block, x, 0.0);
             continue;
         }
         for (k = 0; k < 3; k++)
         {
             for (i = 0; i < 3; i++)
             {
-                p[k][i] = (double)g->corners[9 * slot + 3 * (size_t)k + (size_t)i];
+                p[k][i] = ((double)g->corners[9 * slot + 3 * (size_t)k + (size_t)i] - g->center[i])
+                          / g->unit_per_diagonal;
             }
         }
-        size_class = sss_dipole__size_class(sss_dipole__longest_edge(p));
+        edge = sss_dipole__longest_edge(p);
+        size_class = sss_dipole__size_class(edge);
+        sss_dipole__demand(block, edge, g->near_table.far_distance[size_class],
+                           g->near_table.middle_distance[size_class]);
         for (k = 0; k < 3; k++)
         {
-            sss_dipole__include(block, p[k], 0.0, g->near_table.far_distance[size_class],
-                                g->near_table.middle_distance[size_class]);
+            sss_dipole__include(block, p[k], 0.0);
         }
     }
 }
@@ -2849,8 +2954,9 @@ static void sss_dipole__bound_group(sss_dipole_gather *g, size_t group)
     {
         const sss_dipole__block *block = &g->blocks[b];
         const double c[3] = {(double)block->center[0], (double)block->center[1], (double)block->center[2]};
-        sss_dipole__include(&g->groups[group], c, (double)block->radius, (double)block->far_distance,
-                            (double)block->middle_distance);
+        sss_dipole__include(&g->groups[group], c, (double)block->radius);
+        sss_dipole__demand(&g->groups[group], (double)block->edge, (double)block->far_distance,
+                           (double)block->middle_distance);
     }
 }
 
@@ -2863,7 +2969,8 @@ static void sss_dipole__predict(sss_dipole_gather *g, const sss_dipole__emitters
     int i;
     for (slot = 0; slot < SSS_DIPOLE__BLOCK * g->block_count; slot++)
     {
-        const double a = (double)g->area[slot], h = sqrt(a * 4.0 / SSS_DIPOLE__SQRT3); // as if equilateral
+        const double a = (double)g->area[slot];
+        const double h = sqrt(a * g->area_scale * 4.0 / SSS_DIPOLE__SQRT3); // as if equilateral
         const double r = (double)g->blocks[slot / SSS_DIPOLE__BLOCK].far_distance;
         area += a;
         edge += a * h;
@@ -2877,15 +2984,21 @@ static void sss_dipole__predict(sss_dipole_gather *g, const sss_dipole__emitters
     {
         if (g->model.a[i] > 0.0)
         {
-            variation = sss_dipole__max(variation, sss_dipole__variation_error(g->model.z[0][i], g->model.z[1][i], edge,
-                                                                               1.0, far_distance));
+            const double z[2] = {g->model.z[0][i], g->model.z[1][i]};
+            variation = sss_dipole__max(
+                variation, sss_dipole__variation_error(g->model.sigma[i], z, edge, 1.0, far_distance));
         }
     }
     g->stats.mean_edge_mm = edge * g->unit_per_diagonal * e->mm_per_unit;
     g->stats.one_point_mm = far_distance * g->unit_per_diagonal * e->mm_per_unit;
     g->stats.predicted_error = g->stats.path_tolerance;
-    if (e->mesh == NULL || g->point_sampling)
+    if (g->stats.emitter_count == 0)
     {
+        g->stats.predicted_error = 0.0; // B = 0
+    }
+    else if (e->mesh == NULL || g->stats.point_sampling)
+    {
+        edge = sss_dipole__max(edge, 1e-30);
         g->stats.predicted_error += sss_dipole__sampling_error(&g->model, edge, 1.0);
     }
     else
@@ -2900,6 +3013,12 @@ static void sss_dipole__fill_gather(sss_dipole_gather *g, const sss_dipole__emit
 {
     const size_t slots = SSS_DIPOLE__BLOCK * g->block_count;
     size_t k;
+    g->area_scale = 0.0;
+    for (k = 0; k < g->stats.emitter_count; k++)
+    {
+        const double area = sss_dipole__emitter_area(e, keys[k].element);
+        g->area_scale = sss_dipole__max(g->area_scale, area / g->unit_per_diagonal / g->unit_per_diagonal);
+    }
     for (k = 0; k < slots; k++)
     {
         const int padding = k >= g->stats.emitter_count;
@@ -2916,12 +3035,12 @@ static void sss_dipole__fill_gather(sss_dipole_gather *g, const sss_dipole__emit
     for (k = 0; k < 3; k++)
     {
         memset(g->one.p[3 + k], 0, slots * sizeof(float));
-        if (g->triangle_count > 0 && !g->point_sampling)
+        if (g->triangle_count > 0 && !g->stats.point_sampling)
         {
             memset(g->three.p[3 + k], 0, 3 * slots * sizeof(float));
         }
     }
-    if (g->triangle_count > 0 && !g->point_sampling)
+    if (g->triangle_count > 0 && !g->stats.point_sampling)
     {
         memset(g->corner_E, 0, 9 * slots * sizeof(float));
     }
@@ -2961,7 +3080,7 @@ static sss_result sss_dipole__resolve_options(const sss_profile *profile, const 
         g->stats.geometry = options->geometry;
         g->stats.tolerance = options->tolerance > 0.0 ? options->tolerance : g->stats.tolerance;
         g->stats.path = options->path != SSS_DIPOLE_PATH_AUTO ? options->path : g->stats.path;
-        g->point_sampling = options->point_sampling != 0;
+        g->stats.point_sampling = options->point_sampling != 0;
     }
     g->kernel = sss_dipole__find_kernel(g->stats.path);
     return g->kernel != NULL ? SSS_OK : SSS_ERROR_INVALID_ARGUMENT;
@@ -2984,7 +3103,7 @@ static sss_result sss_dipole__build(const sss_dipole__emitters *e, const sss_pro
     sss_dipole__plan_distances(&draft->model, draft->stats.tolerance, &draft->near_table);
     if (draft->stats.path != SSS_DIPOLE_PATH_SCALAR)
     {
-        table_count = sss_dipole__plan_tables(&draft->model);
+        table_count = sss_dipole__plan_tables(&draft->model, draft->stats.tolerance);
         table_floats = (size_t)table_count * (draft->model.size + 1);
         draft->stats.table_entries = draft->model.size + 1;
     }
@@ -3100,14 +3219,14 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_get_stats(const sss_dipole_gather *g
     return SSS_OK;
 }
 
-// The weights of one emitter's samples: E A, E taken where the sample lies.
-static void sss_dipole__weigh_emitter(sss_dipole_gather *g, sss_dipole_elements elements, const float *irradiance,
-                                      size_t slot)
+// The weights of one emitter's samples: E A, E taken where the sample lies. Returns whether any light falls on it.
+static int sss_dipole__weigh_emitter(sss_dipole_gather *g, sss_dipole_elements elements, const float *irradiance,
+                                     size_t slot)
 {
     const double A = (double)g->area[slot];
-    const int near_samples = g->triangle_count > 0 && !g->point_sampling;
+    const int near_samples = g->triangle_count > 0 && !g->stats.point_sampling;
+    int lit = 0, i;
     size_t k;
-    int i;
     for (i = 0; i < 3; i++)
     {
         double E[3], mean;
@@ -3116,6 +3235,7 @@ static void sss_dipole__weigh_emitter(sss_dipole_gather *g, sss_dipole_elements 
             const size_t at = elements == SSS_DIPOLE_VERTICES && g->triangle_count > 0
                                   ? (size_t)g->vertex[3 * slot + k] : (size_t)g->element[slot];
             E[k] = (double)irradiance[3 * at + (size_t)i] / g->irradiance_scale;
+            lit |= E[k] != 0.0;
         }
         mean = (E[0] + E[1] + E[2]) / 3.0;
         g->one.p[3 + i][slot] = (float)(mean * A);
@@ -3125,6 +3245,21 @@ static void sss_dipole__weigh_emitter(sss_dipole_gather *g, sss_dipole_elements 
             g->corner_E[9 * slot + 3 * k + (size_t)i] = (float)E[k];
         }
     }
+    return lit;
+}
+
+static void sss_dipole__weigh_block(sss_dipole_gather *g, sss_dipole_elements elements, const float *irradiance,
+                                    size_t b)
+{
+    sss_dipole__block *group = &g->groups[b / SSS_DIPOLE__GROUP];
+    size_t slot;
+    g->blocks[b].lit = 0;
+    for (slot = SSS_DIPOLE__BLOCK * b; slot < SSS_DIPOLE__BLOCK * (b + 1); slot++)
+    {
+        g->blocks[b].lit |= sss_dipole__weigh_emitter(g, elements, irradiance, slot);
+    }
+    group->lit |= g->blocks[b].lit;
+    group->partly_dark |= !g->blocks[b].lit;
 }
 
 SSS_DIPOLE_API sss_result sss_dipole_gather_set_irradiance(sss_dipole_gather *gather, sss_dipole_elements elements,
@@ -3133,12 +3268,11 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_set_irradiance(sss_dipole_gather *ga
     size_t count, k;
     float largest = 0.0f;
     if (gather == NULL || irradiance == NULL
-        || (elements != SSS_DIPOLE_VERTICES && elements != SSS_DIPOLE_TRIANGLES))
+        || !(elements == SSS_DIPOLE_VERTICES || (elements == SSS_DIPOLE_TRIANGLES && gather->triangle_count > 0)))
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
-    count = elements == SSS_DIPOLE_TRIANGLES && gather->triangle_count > 0 ? gather->triangle_count
-                                                                          : gather->vertex_count;
+    count = elements == SSS_DIPOLE_TRIANGLES ? gather->triangle_count : gather->vertex_count;
     for (k = 0; k < 3 * count; k++)
     {
         const float size = irradiance[k] < 0.0f ? -irradiance[k] : irradiance[k];
@@ -3149,9 +3283,13 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_set_irradiance(sss_dipole_gather *ga
         largest = size > largest ? size : largest;
     }
     gather->irradiance_scale = largest > 0.0f ? (double)largest : 1.0;
-    for (k = 0; k < SSS_DIPOLE__BLOCK * gather->block_count; k++)
+    for (k = 0; k < gather->group_count; k++)
     {
-        sss_dipole__weigh_emitter(gather, elements, irradiance, k);
+        gather->groups[k].lit = gather->groups[k].partly_dark = 0;
+    }
+    for (k = 0; k < gather->block_count; k++)
+    {
+        sss_dipole__weigh_block(gather, elements, irradiance, k);
     }
     return SSS_OK;
 }
@@ -3172,7 +3310,8 @@ typedef struct sss_dipole__worker
 {
     const sss_dipole_gather *g;
     sss_dipole__kernel kernel;
-    double receiver[6];       // position and normal, in diagonals
+    double position[3];       // of the receiver, mesh units
+    double receiver[6];       // position from the centre, in diagonals, and normal
     double origin[6];         // the receiver seen from itself: 0, and its normal
     sss_dipole__buffer *buffer; // shared by the receivers of a tile, empty between two of them
     double sum[3];
@@ -3198,48 +3337,66 @@ static void sss_dipole__flush(sss_dipole__worker *w)
     b->count = 0;
 }
 
-// A lower bound of the distance from any source to a ball around `point` (relative to the receiver), and whether
-// the ball comes so close to a source that only the scalar path holds there. The sources lie on the normal;
-// *along tells where the nearest one does.
-static double sss_dipole__source_distance(const sss_dipole__worker *w, const double point[3], double radius,
-                                          int *close, double *along)
+// What a ball around a point, relative to the receiver, is to the placed sources. Lower bounds of distances.
+typedef struct sss_dipole__sight
+{
+    double nearest;   // to any source
+    double intruding; // to a source that lies nearer to the ball than to its own surface; infinite if there is none
+    int close;        // so close to a source that only the scalar path holds there
+} sss_dipole__sight;
+
+// The sources lie on the normal. Over a flat surface one is sqrt(r^2 + z^2) away from a point at distance r; where
+// the surface bends towards it, it intrudes, and the integral has a peak of 2 pi z/H there.
+static void sss_dipole__look(const sss_dipole__worker *w, const double point[3], double radius,
+                             sss_dipole__sight *sight)
 {
     const sss_dipole__model *m = &w->g->model;
-    const double height = sss_dipole__dot(point, w->receiver + 3);
-    const double t2 = sss_dipole__max(0.0, sss_dipole__dot(point, point) - height * height);
-    double nearest2 = HUGE_VAL;
+    const double height = sss_dipole__dot(point, w->receiver + 3), r2 = sss_dipole__dot(point, point);
+    const double t2 = sss_dipole__max(0.0, r2 - height * height);
+    double nearest2 = HUGE_VAL, intruding2 = HUGE_VAL;
     int k;
-    *close = 0;
-    *along = 0.0;
+    sight->close = 0;
     for (k = 0; k < 6; k++)
     {
         const double z = m->z[k / 3][k % 3], at = k < 3 ? -z : z, reach = SSS_DIPOLE__CLOSE * z + radius;
-        const double s2 = t2 + (height - at) * (height - at);
+        const double s2 = t2 + (height - at) * (height - at), own = z + radius;
         if (m->a[k % 3] > 0.0)
         {
-            *along = s2 < nearest2 ? at : *along;
             nearest2 = sss_dipole__min(nearest2, s2);
-            *close |= s2 < reach * reach;
+            sight->close |= s2 < reach * reach;
+            if (s2 < 0.5 * (r2 + z * z) && s2 < own * own)
+            {
+                intruding2 = sss_dipole__min(intruding2, s2);
+            }
         }
     }
-    return sss_dipole__max(0.0, sqrt(nearest2) - radius);
+    sight->nearest = sss_dipole__max(0.0, sqrt(nearest2) - radius);
+    sight->intruding = sss_dipole__max(0.0, sqrt(intruding2) - radius);
 }
 
-// The same for a flat piece of radius `radius` in the plane through c with unit normal `plane`: the nearest
-// source's height over the plane counts in full, only its distance along the plane may shrink by the radius.
-static double sss_dipole__flat_distance(const sss_dipole__worker *w, const double c[3], double radius,
-                                        const double plane[3], int *close)
+// The same for a flat piece of radius `radius` in the plane through c with unit normal `plane`: a source's height over
+// the plane counts in full, only its distance along the plane may shrink by the radius.
+static void sss_dipole__look_at_piece(const sss_dipole__worker *w, const double c[3], double radius,
+                                      const double plane[3], sss_dipole__sight *sight)
 {
-    double along, d[3], height, t;
-    int i;
-    const double s = sss_dipole__source_distance(w, c, radius, close, &along);
-    for (i = 0; i < 3; i++)
+    const sss_dipole__model *m = &w->g->model;
+    const double *n = w->receiver + 3;
+    double nearest2 = HUGE_VAL;
+    int k;
+    sss_dipole__look(w, c, radius, sight);
+    for (k = 0; k < 6; k++)
     {
-        d[i] = c[i] - along * w->receiver[3 + i];
+        const double at = k < 3 ? -m->z[0][k] : m->z[1][k - 3];
+        const double d[3] = {c[0] - at * n[0], c[1] - at * n[1], c[2] - at * n[2]};
+        const double height = sss_dipole__dot(d, plane), d2 = sss_dipole__dot(d, d);
+        const double t = sqrt(sss_dipole__max(0.0, d2 - height * height)) - radius;
+        if (m->a[k % 3] > 0.0)
+        {
+            nearest2 = sss_dipole__min(nearest2, height * height + (t > 0.0 ? t * t : 0.0));
+        }
     }
-    height = sss_dipole__dot(d, plane);
-    t = sqrt(sss_dipole__max(0.0, sss_dipole__dot(d, d) - height * height)) - radius;
-    return sss_dipole__max(s, sqrt(height * height + (t > 0.0 ? t * t : 0.0)));
+    sight->nearest = sss_dipole__max(sight->nearest, sqrt(nearest2));
+    sight->intruding = sss_dipole__max(sight->intruding, sqrt(nearest2));
 }
 
 static void sss_dipole__push(sss_dipole__worker *w, const double x[3], const double E_A[3], int close)
@@ -3265,68 +3422,75 @@ static void sss_dipole__push(sss_dipole__worker *w, const double x[3], const dou
     b->count++;
 }
 
-// Integrates a near triangle with linear irradiance: corners relative to the receiver, E at them, area A, longest
-// edge h, unit normal `plane` (placed sources only).
-// Pieces are split 4-to-1 until three points are enough for their distance from the sources.
-static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double E[3][3], double A, double h,
-                                  const double plane[3])
+// The three points of a piece, weights E A.
+static void sss_dipole__push_piece(sss_dipole__worker *w, double p[3][3], double E[3][3], double A, int close)
+{
+    int i, k;
+    for (k = 0; k < 3; k++)
+    {
+        double x[3], E_A[3];
+        for (i = 0; i < 3; i++)
+        {
+            x[i] = (p[0][i] + p[1][i] + p[2][i] + 3.0 * p[k][i]) / 6.0; // (2/3, 1/6, 1/6)
+            E_A[i] = (E[0][i] + E[1][i] + E[2][i] + 3.0 * E[k][i]) / 6.0 * (A / 3.0);
+        }
+        sss_dipole__push(w, x, E_A, close);
+    }
+}
+
+// Whether three points integrate a piece of longest edge h well enough for its distance from the sources.
+static int sss_dipole__fine_enough(const sss_dipole__worker *w, double p[3][3], double h, const double plane[3],
+                                   int *close)
 {
     const sss_dipole__model *m = &w->g->model;
+    const sss_dipole__near *n = &w->g->near_table;
     const double c[3] = {(p[0][0] + p[1][0] + p[2][0]) / 3.0, (p[0][1] + p[1][1] + p[2][1]) / 3.0,
                          (p[0][2] + p[1][2] + p[2][2]) / 3.0};
     const double radius = sss_dipole__max(sss_dipole__distance(c, p[0]),
                                           sss_dipole__max(sss_dipole__distance(c, p[1]),
                                                           sss_dipole__distance(c, p[2])));
-    double s, half[6][3], half_E[6][3];
-    int close = 0, i, k;
+    sss_dipole__sight sight = {0.0, HUGE_VAL, 0};
     if (m->geometry == SSS_DIPOLE_DISTANCE)
     {
         const double r = sss_dipole__max(0.0, sqrt(sss_dipole__dot(c, c)) - radius);
-        s = sqrt(r * r + m->z_min * m->z_min);
+        sight.nearest = sqrt(r * r + m->z_min * m->z_min);
     }
     else
     {
-        s = sss_dipole__flat_distance(w, c, radius, plane, &close);
+        sss_dipole__look_at_piece(w, c, radius, plane, &sight);
     }
+    *close = sight.close;
     // A source on the surface itself (height 0) has an infinite integral: 1e-6 of z is where pieces end.
-    if (s > w->g->near_table.middle_distance[sss_dipole__size_class(h)] || h < 1e-6 * m->z_min)
+    return (sight.nearest > n->middle_distance[sss_dipole__size_class(h)] && sight.intruding > n->three_ratio * h)
+           || h < 1e-6 * m->z_min;
+}
+
+// Integrates a near triangle with linear irradiance: corners relative to the receiver, E at them, area A, unit normal
+// `plane` (placed sources only). Pieces are halved across their longest edge, which makes slivers compact.
+static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double E[3][3], double A,
+                                  const double plane[3])
+{
+    const double edges[3] = {sss_dipole__distance(p[0], p[1]), sss_dipole__distance(p[1], p[2]),
+                             sss_dipole__distance(p[2], p[0])};
+    const int longest = edges[0] >= edges[1] ? (edges[0] >= edges[2] ? 0 : 2) : (edges[1] >= edges[2] ? 1 : 2);
+    const int ends[2] = {longest, (longest + 1) % 3};
+    int close, i, half;
+    if (sss_dipole__fine_enough(w, p, edges[longest], plane, &close))
     {
-        for (k = 0; k < 3; k++)
-        {
-            double x[3], E_A[3];
-            for (i = 0; i < 3; i++)
-            {
-                x[i] = 0.5 * (c[i] + p[k][i]); // (2/3, 1/6, 1/6)
-                E_A[i] = (E[0][i] + E[1][i] + E[2][i] + 3.0 * E[k][i]) / 6.0 * (A / 3.0);
-            }
-            sss_dipole__push(w, x, E_A, close);
-        }
+        sss_dipole__push_piece(w, p, E, A, close);
         return;
     }
-    for (k = 0; k < 3; k++) // 0..2: corners; 3..5: midpoints of the opposite edges
+    for (half = 0; half < 2; half++) // one end of the longest edge moves to its middle
     {
+        double q[3][3], q_E[3][3];
+        memcpy(q, p, sizeof q);
+        memcpy(q_E, E, sizeof q_E);
         for (i = 0; i < 3; i++)
         {
-            half[k][i] = p[k][i];
-            half_E[k][i] = E[k][i];
-            half[3 + k][i] = 0.5 * (p[(k + 1) % 3][i] + p[(k + 2) % 3][i]);
-            half_E[3 + k][i] = 0.5 * (E[(k + 1) % 3][i] + E[(k + 2) % 3][i]);
+            q[ends[half]][i] = 0.5 * (p[ends[0]][i] + p[ends[1]][i]);
+            q_E[ends[half]][i] = 0.5 * (E[ends[0]][i] + E[ends[1]][i]);
         }
-    }
-    for (k = 0; k < 4; k++)
-    {
-        static const int child[4][3] = {{0, 5, 4}, {5, 1, 3}, {4, 3, 2}, {3, 4, 5}};
-        double q[3][3], q_E[3][3];
-        int j;
-        for (j = 0; j < 3; j++)
-        {
-            for (i = 0; i < 3; i++)
-            {
-                q[j][i] = half[child[k][j]][i];
-                q_E[j][i] = half_E[child[k][j]][i];
-            }
-        }
-        sss_dipole__integrate(w, q, q_E, 0.25 * A, 0.5 * h, plane);
+        sss_dipole__integrate(w, q, q_E, 0.5 * A, plane);
     }
 }
 
@@ -3346,7 +3510,8 @@ static void sss_dipole__near_block(sss_dipole__worker *w, size_t block)
         {
             for (i = 0; i < 3; i++)
             {
-                p[k][i] = (double)g->corners[9 * slot + 3 * (size_t)k + (size_t)i] - w->receiver[i];
+                p[k][i] = ((double)g->corners[9 * slot + 3 * (size_t)k + (size_t)i] - w->position[i])
+                          / g->unit_per_diagonal;
                 E[k][i] = (double)g->corner_E[9 * slot + 3 * (size_t)k + (size_t)i];
             }
         }
@@ -3355,13 +3520,14 @@ static void sss_dipole__near_block(sss_dipole__worker *w, size_t block)
             sss_dipole__area_vector(p[0], p[1], p[2], plane);
             sss_dipole__normalize(plane);
         }
-        sss_dipole__integrate(w, p, E, (double)g->area[slot], sss_dipole__longest_edge(p), plane);
+        sss_dipole__integrate(w, p, E, (double)g->area[slot], plane);
     }
     sss_dipole__flush(w);
 }
 
 typedef enum sss_dipole__rule
 {
+    SSS_DIPOLE__NONE,
     SSS_DIPOLE__ONE_POINT,
     SSS_DIPOLE__THREE_POINTS,
     SSS_DIPOLE__SUBDIVIDE
@@ -3371,68 +3537,121 @@ typedef enum sss_dipole__rule
 static sss_dipole__rule sss_dipole__choose_rule(const sss_dipole__worker *w, const sss_dipole__block *block)
 {
     const sss_dipole__model *m = &w->g->model;
+    const sss_dipole__near *n = &w->g->near_table;
     const double center[3] = {(double)block->center[0], (double)block->center[1], (double)block->center[2]};
     const double far_distance = (double)block->far_distance, middle_distance = (double)block->middle_distance;
+    const double edge = (double)block->edge;
     const double r = sss_dipole__distance(center, w->receiver) - (double)block->radius;
-    double relative[3], s, along;
-    int close, k;
+    sss_dipole__sight sight;
+    double relative[3];
+    int i;
     if (m->geometry == SSS_DIPOLE_DISTANCE)
     {
+        const double s = sss_dipole__max(0.0, r);
         if (r >= far_distance)
         {
             return SSS_DIPOLE__ONE_POINT;
         }
-        s = sss_dipole__max(0.0, r);
         return sqrt(s * s + m->z_min * m->z_min) > middle_distance ? SSS_DIPOLE__THREE_POINTS : SSS_DIPOLE__SUBDIVIDE;
     }
     if (r >= far_distance + 2.0 * m->z_max)
     {
         return SSS_DIPOLE__ONE_POINT; // every source is farther than far_distance and its own z
     }
-    for (k = 0; k < 3; k++)
+    for (i = 0; i < 3; i++)
     {
-        relative[k] = center[k] - w->receiver[k];
+        relative[i] = center[i] - w->receiver[i];
     }
-    s = sss_dipole__source_distance(w, relative, (double)block->radius, &close, &along);
-    if (close || s <= middle_distance)
+    sss_dipole__look(w, relative, (double)block->radius, &sight);
+    if (sight.close || sight.nearest <= middle_distance || sight.intruding <= n->three_ratio * edge)
     {
         return SSS_DIPOLE__SUBDIVIDE;
     }
-    // Over its own tangent plane a source is sqrt(r^2 + z^2) away; curvature may halve that.
-    return s >= 0.5 * sqrt(far_distance * far_distance + m->z_min * m->z_min) && r >= far_distance
-               ? SSS_DIPOLE__ONE_POINT : SSS_DIPOLE__THREE_POINTS;
+    return r >= far_distance && sight.intruding > n->one_ratio * edge ? SSS_DIPOLE__ONE_POINT
+                                                                      : SSS_DIPOLE__THREE_POINTS;
 }
 
-// One group of blocks for one receiver. Runs of far blocks go to the kernel whole.
+// Samples that are never subdivided: the kernel, or the scalar one where a placed source comes close.
+static void sss_dipole__sum_samples(sss_dipole__worker *w, size_t begin, size_t end)
+{
+    const sss_dipole_gather *g = w->g;
+    size_t b;
+    for (b = begin; b < end; b++)
+    {
+        const sss_dipole__block *block = &g->blocks[b];
+        sss_dipole__sight sight = {0.0, 0.0, 0};
+        double relative[3];
+        int i;
+        for (i = 0; i < 3; i++)
+        {
+            relative[i] = (double)block->center[i] - w->receiver[i];
+        }
+        if (block->lit && g->model.geometry == SSS_DIPOLE_PLACED)
+        {
+            sss_dipole__look(w, relative, (double)block->radius, &sight);
+        }
+        if (!block->lit || sight.close)
+        {
+            w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * begin, SSS_DIPOLE__BLOCK * b, w->receiver, w->sum);
+            begin = b + 1;
+        }
+        if (sight.close)
+        {
+            sss_dipole__kernel_scalar(&g->model, &g->one, SSS_DIPOLE__BLOCK * b, SSS_DIPOLE__BLOCK * (b + 1),
+                                      w->receiver, w->sum);
+        }
+    }
+    w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * begin, SSS_DIPOLE__BLOCK * end, w->receiver, w->sum);
+}
+
+// A block that is not far.
+static void sss_dipole__gather_block(sss_dipole__worker *w, size_t b, sss_dipole__rule rule)
+{
+    const size_t first = 3 * SSS_DIPOLE__BLOCK * b;
+    if (rule == SSS_DIPOLE__THREE_POINTS)
+    {
+        w->kernel(&w->g->model, &w->g->three, first, first + 3 * SSS_DIPOLE__BLOCK, w->receiver, w->sum);
+    }
+    else
+    {
+        sss_dipole__near_block(w, b);
+    }
+}
+
+// One group of blocks for one receiver. Runs of far blocks go to the kernel whole; dark blocks are passed over.
 static void sss_dipole__gather_group(sss_dipole__worker *w, size_t group)
 {
     const sss_dipole_gather *g = w->g;
-    const size_t end = SSS_DIPOLE__GROUP * (group + 1) < g->block_count ? SSS_DIPOLE__GROUP * (group + 1)
-                                                                       : g->block_count;
-    size_t b = SSS_DIPOLE__GROUP * group, first = b;
-    if (g->triangle_count == 0 || g->point_sampling
-        || sss_dipole__choose_rule(w, &g->groups[group]) == SSS_DIPOLE__ONE_POINT)
+    const sss_dipole__block *whole = &g->groups[group];
+    const size_t begin = SSS_DIPOLE__GROUP * group;
+    const size_t end = begin + SSS_DIPOLE__GROUP < g->block_count ? begin + SSS_DIPOLE__GROUP : g->block_count;
+    size_t b, first = begin;
+    if (!whole->lit)
     {
-        w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * b, SSS_DIPOLE__BLOCK * end, w->receiver, w->sum);
         return;
     }
-    for (; b < end; b++)
+    if (g->triangle_count == 0 || g->stats.point_sampling)
     {
-        const sss_dipole__rule rule = sss_dipole__choose_rule(w, &g->blocks[b]);
-        if (rule == SSS_DIPOLE__ONE_POINT)
+        sss_dipole__sum_samples(w, begin, end);
+        return;
+    }
+    if (!whole->partly_dark && sss_dipole__choose_rule(w, whole) == SSS_DIPOLE__ONE_POINT)
+    {
+        w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * begin, SSS_DIPOLE__BLOCK * end, w->receiver, w->sum);
+        return;
+    }
+    for (b = begin; b < end; b++)
+    {
+        const sss_dipole__rule rule = g->blocks[b].lit ? sss_dipole__choose_rule(w, &g->blocks[b])
+                                                       : SSS_DIPOLE__NONE;
+        if (rule != SSS_DIPOLE__ONE_POINT)
         {
-            continue;
+            w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * first, SSS_DIPOLE__BLOCK * b, w->receiver, w->sum);
+            first = b + 1;
         }
-        w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * first, SSS_DIPOLE__BLOCK * b, w->receiver, w->sum);
-        first = b + 1;
-        if (rule == SSS_DIPOLE__THREE_POINTS)
+        if (rule == SSS_DIPOLE__THREE_POINTS || rule == SSS_DIPOLE__SUBDIVIDE)
         {
-            w->kernel(&g->model, &g->three, 3 * SSS_DIPOLE__BLOCK * b, 3 * SSS_DIPOLE__BLOCK * (b + 1), w->receiver,
-                      w->sum);
-        }
-        else
-        {
-            sss_dipole__near_block(w, b);
+            sss_dipole__gather_block(w, b, rule);
         }
     }
     w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * first, SSS_DIPOLE__BLOCK * end, w->receiver, w->sum);
@@ -3456,7 +3675,8 @@ static void sss_dipole__start_worker(const sss_dipole_gather *g, const sss_dipol
     }
     for (i = 0; i < 3; i++)
     {
-        w->receiver[i] = ((double)receivers->positions[3 * row + (size_t)i] - g->center[i]) / g->unit_per_diagonal;
+        w->position[i] = (double)receivers->positions[3 * row + (size_t)i];
+        w->receiver[i] = (w->position[i] - g->center[i]) / g->unit_per_diagonal;
         w->receiver[3 + i] = w->origin[3 + i] = n[i];
         w->origin[i] = 0.0;
         from_center += w->receiver[i] * w->receiver[i];
@@ -3492,7 +3712,7 @@ static void sss_dipole__gather_tile(const sss_dipole_gather *g, const sss_dipole
     {
         for (i = 0; i < 3; i++)
         {
-            radiosity[3 * (begin + k) + (size_t)i] = (float)(worker[k].sum[i] * g->irradiance_scale);
+            radiosity[3 * (begin + k) + (size_t)i] = (float)(worker[k].sum[i] * g->area_scale * g->irradiance_scale);
         }
     }
 }
@@ -3566,12 +3786,13 @@ static void sss_dipole__task(void *context, size_t begin, size_t end)
     sss_dipole__gather_rows(job->gather, job->receivers, job->first + begin, job->first + end, job->radiosity);
 }
 
-// All rows in about a hundred steps; between two of them progress is told and may cancel.
+// All rows at once, or in about a hundred steps between which progress is told and may cancel.
 static sss_result sss_dipole__run_steps(const sss_dipole_gather *gather, const sss_dipole_receivers *receivers,
                                         float *radiosity)
 {
     const sss_hooks *hooks = &gather->hooks;
-    const size_t count = receivers->count, step = count / 100 > 256 ? count / 100 : 256;
+    const size_t count = receivers->count;
+    const size_t step = hooks->progress == NULL ? count : count / 100 > 256 ? count / 100 : 256;
     sss_dipole__job job;
     job.gather = gather;
     job.receivers = receivers;
@@ -3619,11 +3840,26 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_run(const sss_dipole_gather *gather,
     return result;
 }
 
+// The mesh's normals where it has them and computed ones where they are missing or zero.
+static sss_result sss_dipole__complete_normals(const sss_mesh *mesh, float *normals)
+{
+    const sss_result result = sss_dipole_vertex_normals(mesh, normals);
+    size_t v;
+    for (v = 0; result == SSS_OK && mesh->normals != NULL && v < mesh->vertex_count; v++)
+    {
+        const float *n = mesh->normals + 3 * v;
+        if (n[0] != 0.0f || n[1] != 0.0f || n[2] != 0.0f)
+        {
+            memcpy(normals + 3 * v, n, 3 * sizeof *n);
+        }
+    }
+    return result;
+}
+
 SSS_DIPOLE_API sss_result sss_dipole_shade(const sss_mesh *mesh, const sss_profile *profile, const float *irradiance,
                                            const sss_dipole_gather_options *options, const sss_hooks *hooks,
                                            float *radiosity)
 {
-    const sss_hooks none = {NULL, NULL, NULL, NULL, NULL};
     sss_dipole_receivers receivers;
     sss_dipole_gather *gather = NULL;
     float *normals = NULL;
@@ -3637,16 +3873,14 @@ SSS_DIPOLE_API sss_result sss_dipole_shade(const sss_mesh *mesh, const sss_profi
     {
         return result;
     }
-    hooks = hooks != NULL ? hooks : &none;
-    receivers.positions = mesh->positions;
-    receivers.normals = mesh->normals;
-    receivers.count = mesh->vertex_count;
-    if (mesh->normals == NULL && gather->model.geometry == SSS_DIPOLE_PLACED)
+    if (gather->model.geometry == SSS_DIPOLE_PLACED)
     {
-        normals = (float *)sss_dipole__allocate(hooks, 3 * mesh->vertex_count * sizeof *normals);
-        result = normals != NULL ? sss_dipole_vertex_normals(mesh, normals) : SSS_ERROR_OUT_OF_MEMORY;
-        receivers.normals = normals;
+        normals = (float *)sss_dipole__allocate(&gather->hooks, 3 * mesh->vertex_count * sizeof *normals);
+        result = normals != NULL ? sss_dipole__complete_normals(mesh, normals) : SSS_ERROR_OUT_OF_MEMORY;
     }
+    receivers.positions = mesh->positions;
+    receivers.normals = normals;
+    receivers.count = mesh->vertex_count;
     if (result == SSS_OK)
     {
         result = sss_dipole_gather_set_irradiance(gather, SSS_DIPOLE_VERTICES, irradiance);
@@ -3655,7 +3889,7 @@ SSS_DIPOLE_API sss_result sss_dipole_shade(const sss_mesh *mesh, const sss_profi
     {
         result = sss_dipole_gather_run(gather, &receivers, radiosity);
     }
-    sss_dipole__release(hooks, normals);
+    sss_dipole__release(&gather->hooks, normals);
     sss_dipole_gather_free(gather);
     return result;
 }
@@ -3672,6 +3906,14 @@ typedef struct sss_dipole__candidate
 static double sss_dipole__edge_error(double integral, double size)
 {
     return sss_dipole__min(1.0, sqrt(2.0 * integral / size));
+}
+
+// The spectrum relates the error to Lambert's B, which may hold more than the true one: |B| >= |B_L| - |B - B_L|.
+static double sss_dipole__lambert_error(const sss_dipole__candidate *c)
+{
+    const double e = sss_dipole__edge_error(sss_dipole__integrate_edge(&c->edge, sss_dipole__lambert_integrand),
+                                            c->size);
+    return e < 0.5 ? e / (1.0 - e) : 1.0;
 }
 
 static double sss_dipole__interpolation_error(const sss_dipole__candidate *c, double spacing)
@@ -3721,13 +3963,15 @@ static void sss_dipole__advise_channel(const sss_profile *p, int i, const sss_di
     c.edge.smooth = s->spacing_mm;
     c.edge.pixel = s->pixel_mm;
     c.edge.spacing = s->spacing_mm;
-    spacing = sss_dipole__bisect(sss_dipole__spacing_error, &c, tolerance, 1e-12 * p->z_r[i], 1e12 * p->z_r[i]);
-    a->lambert_error = sss_dipole__max(
-        a->lambert_error,
-        sss_dipole__edge_error(sss_dipole__integrate_edge(&c.edge, sss_dipole__lambert_integrand), c.size));
+    spacing = sss_dipole__bisect(sss_dipole__spacing_error, &c, tolerance, 1e-6 * p->z_r[i], 1e6 * p->z_r[i], 1e-4);
+    a->lambert_error = sss_dipole__max(a->lambert_error, sss_dipole__lambert_error(&c));
     a->crossing = sss_dipole__max(a->crossing, sss_dipole_flux_beyond(p, i, s->thickness_mm) / total);
     a->radius_mm = sss_dipole__max(a->radius_mm, sss_dipole_radius(p, i, 1.0 - tolerance));
     a->spacing_mm = sss_dipole__min(a->spacing_mm, spacing);
+    if (s->spacing_mm > 0.0)
+    {
+        a->spacing_error = sss_dipole__max(a->spacing_error, sss_dipole__spacing_error(&c, s->spacing_mm));
+    }
 }
 
 // What part of the flux a radius leaves out, in the worst channel.
@@ -3753,8 +3997,8 @@ static void sss_dipole__decide(const sss_profile *p, const sss_dipole_scene *s, 
         a->need = SSS_DIPOLE_NEED_LAMBERT;
         a->predicted_error = a->lambert_error;
         snprintf(a->reason, sizeof a->reason,
-                 "scattering is invisible: a shadow edge blurs by less than %.3g of the picture's light, so Lambert "
-                 "with the total reflectance is enough", a->lambert_error);
+                 "scattering is invisible: Lambert with the total reflectance is off by %.3g (relative L2, a shadow "
+                 "edge across the object)", a->lambert_error);
     }
     else if (a->crossing <= tolerance)
     {
@@ -3771,6 +4015,47 @@ static void sss_dipole__decide(const sss_profile *p, const sss_dipole_scene *s, 
         snprintf(a->reason, sizeof a->reason, "light crosses the object: %.3g of it reaches farther than %.3g mm",
                  a->crossing, s->thickness_mm);
     }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_scene *out)
+{
+    const sss_result result = sss_dipole__check_mesh(mesh);
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    double area = 0.0, edges = 0.0, size = 0.0;
+    size_t t;
+    int i, k;
+    if (result != SSS_OK || out == NULL)
+    {
+        return result != SSS_OK ? result : SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (t = 0; t < mesh->triangle_count; t++)
+    {
+        double p[3][3], n[3];
+        for (k = 0; k < 3; k++)
+        {
+            sss_dipole__corner(mesh, t, k, p[k]);
+            for (i = 0; i < 3; i++)
+            {
+                low[i] = sss_dipole__min(low[i], p[k][i]);
+                high[i] = sss_dipole__max(high[i], p[k][i]);
+            }
+        }
+        sss_dipole__area_vector(p[0], p[1], p[2], n);
+        area += 0.5 * sqrt(sss_dipole__dot(n, n));
+        for (k = 0; k < 3; k++)
+        {
+            edges += sss_dipole__distance(p[k], p[(k + 1) % 3]);
+        }
+    }
+    for (i = 0; i < 3; i++)
+    {
+        size = sss_dipole__max(size, high[i] - low[i]);
+    }
+    memset(out, 0, sizeof *out);
+    out->size_mm = size * mesh->mm_per_unit;
+    out->area_mm2 = area * mesh->mm_per_unit * mesh->mm_per_unit;
+    out->spacing_mm = edges / (3.0 * (double)mesh->triangle_count) * mesh->mm_per_unit;
+    return SSS_OK;
 }
 
 SSS_DIPOLE_API sss_result sss_dipole_needs(const sss_profile *profile, const sss_dipole_scene *scene,
@@ -3820,7 +4105,7 @@ SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profil
     sss_dipole_glsl_uniforms u;
     int i;
     if (profile == NULL || out == NULL || !sss_dipole__valid_profile(profile)
-        || (exit_convention != SSS_DIPOLE_EXIT_PAPER && exit_convention != SSS_DIPOLE_EXIT_CONSERVING))
+        || !sss_dipole__valid_exit(exit_convention))
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
@@ -3832,7 +4117,11 @@ SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profil
         u.z_v[i] = (float)profile->z_v[i];
     }
     u.eta = (float)profile->eta;
-    u.exit_scale = exit_convention == SSS_DIPOLE_EXIT_CONSERVING ? (float)(1.0 / (1.0 - profile->F_external)) : 1.0f;
+    u.exit_scale = 1.0f;
+    if (exit_convention == SSS_DIPOLE_EXIT_CONSERVING) // exact, whatever the profile was made with
+    {
+        u.exit_scale = (float)(1.0 / (1.0 - sss_dipole_fresnel_external(profile->eta, SSS_DIPOLE_FRESNEL_EXACT)));
+    }
     *out = u;
     return SSS_OK;
 }
@@ -3840,7 +4129,6 @@ SSS_DIPOLE_API sss_result sss_dipole_get_glsl_uniforms(const sss_profile *profil
 #endif // SSS_DIPOLE_IMPLEMENTED
 #endif // SSS_DIPOLE_IMPLEMENTATION
 
-#endif // SSS_DIPOLE_H
 
 // CHANGE LOG
 //   0.1.0  first version
