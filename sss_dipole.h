@@ -12,22 +12,24 @@
 //     #include <math.h>
 //     #include <stdio.h>
 //
-//     enum { RINGS = 32, STEPS = 64, V = (RINGS + 1) * STEPS, T = 2 * RINGS * STEPS };
+//     #define RINGS 32
+//     #define STEPS 64
+//     #define V ((RINGS + 1) * STEPS)
+//     #define T (2 * RINGS * STEPS)
 //     static float x[3 * V], E[3 * V], B[3 * V]; // positions = normals of a unit sphere, irradiance, radiosity
 //     static uint32_t triangles[3 * T];
+//     static sss_dipole_light light; // zero means the default, in every struct: a distant light
+//     static sss_dipole_irradiance_options options;
 //
 //     int main(void)
 //     {
 //         sss_mesh mesh = {x, x, triangles, V, T, 5.0}; // 5 mm per unit: a bead 10 mm across
-//         sss_dipole_light light = {{0.0, 0.0, 1.0}}; // a distant light above; zero means the default elsewhere
-//         sss_dipole_irradiance_options options = {0};
 //         sss_dipole_material marble;
 //         sss_profile profile;
 //         for (int v = 0; v < V; v++)
 //         {
-//             double theta = 3.14159265 * (v / STEPS) / RINGS, phi = 6.28318531 * (v % STEPS) / STEPS;
-//             x[3 * v + 0] = (float)(sin(theta) * cos(phi));
-//             x[3 * v + 1] = (float)(sin(theta) * sin(phi));
+//             double theta = 3.14159265 / RINGS * (v / STEPS), phi = 6.28318531 / STEPS * (v % STEPS);
+//             x[3 * v + 0] = (float)(sin(theta) * cos(phi)), x[3 * v + 1] = (float)(sin(theta) * sin(phi));
 //             x[3 * v + 2] = (float)cos(theta);
 //         }
 //         for (int t = 0; t < T; t++)
@@ -37,14 +39,12 @@
 //             triangles[3 * t + 1] = (uint32_t)(t % 2 ? b + STEPS : a + STEPS);
 //             triangles[3 * t + 2] = (uint32_t)b;
 //         }
-//         light.color[0] = light.color[1] = light.color[2] = 1.0; // W/mm^2 on a plane that faces it
-//         sss_dipole_material_by_name("marble", &marble);
-//         options.eta = marble.eta;
+//         light.direction[2] = light.color[0] = light.color[1] = light.color[2] = 1.0; // from above, white
+//         sss_dipole_material_by_name("marble", &marble), options.eta = marble.eta;
 //         sss_dipole_profile(&marble, SSS_DIPOLE_FRESNEL_EXACT, &profile);
 //         sss_dipole_irradiance(&mesh, &light, 1, &options, E);
 //         if (sss_dipole_shade(&mesh, &profile, E, NULL, NULL, B) != SSS_OK) return 1;
 //         printf("lit pole %.4f, terminator %.4f, dark pole %.4f\n", B[0], B[3 * (V / 2)], B[3 * (V - 1)]);
-//         return 0;
 //     }
 //
 // ================================================ THEORY ===============================================

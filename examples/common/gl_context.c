@@ -203,6 +203,7 @@ static int open_window(gl_context *context, int width, int height, const char *t
     }
     glfwSetWindowUserPointer(context->window, context);
     glfwSetScrollCallback(context->window, on_scroll);
+    glfwSetInputMode(context->window, GLFW_STICKY_KEYS, GLFW_TRUE); // a short press between two slow frames counts
     glfwMakeContextCurrent(context->window);
     glfwSwapInterval(1);
     return load_functions(context, load_glfw, NULL, error_text, error_size);
