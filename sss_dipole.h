@@ -2862,10 +2862,15 @@ static void sss_dipole__place_emitter(sss_dipole_gather *g, const sss_dipole__em
     }
 }
 
-static double sss_dipole__distance(const double a[3], const double b[3])
+static double sss_dipole__distance2(const double a[3], const double b[3])
 {
     const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-    return sqrt(sss_dipole__dot(d, d));
+    return sss_dipole__dot(d, d);
+}
+
+static double sss_dipole__distance(const double a[3], const double b[3])
+{
+    return sqrt(sss_dipole__distance2(a, b));
 }
 
 // Grows the bounding sphere of `block` to hold a ball.
@@ -3446,9 +3451,9 @@ static int sss_dipole__fine_enough(const sss_dipole__worker *w, double p[3][3], 
     const sss_dipole__near *n = &w->g->near_table;
     const double c[3] = {(p[0][0] + p[1][0] + p[2][0]) / 3.0, (p[0][1] + p[1][1] + p[2][1]) / 3.0,
                          (p[0][2] + p[1][2] + p[2][2]) / 3.0};
-    const double radius = sss_dipole__max(sss_dipole__distance(c, p[0]),
-                                          sss_dipole__max(sss_dipole__distance(c, p[1]),
-                                                          sss_dipole__distance(c, p[2])));
+    const double radius = sqrt(sss_dipole__max(sss_dipole__distance2(c, p[0]),
+                                               sss_dipole__max(sss_dipole__distance2(c, p[1]),
+                                                               sss_dipole__distance2(c, p[2]))));
     sss_dipole__sight sight = {0.0, HUGE_VAL, 0};
     if (m->geometry == SSS_DIPOLE_DISTANCE)
     {
@@ -3470,12 +3475,12 @@ static int sss_dipole__fine_enough(const sss_dipole__worker *w, double p[3][3], 
 static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double E[3][3], double A,
                                   const double plane[3])
 {
-    const double edges[3] = {sss_dipole__distance(p[0], p[1]), sss_dipole__distance(p[1], p[2]),
-                             sss_dipole__distance(p[2], p[0])};
+    const double edges[3] = {sss_dipole__distance2(p[0], p[1]), sss_dipole__distance2(p[1], p[2]),
+                             sss_dipole__distance2(p[2], p[0])}; // squared
     const int longest = edges[0] >= edges[1] ? (edges[0] >= edges[2] ? 0 : 2) : (edges[1] >= edges[2] ? 1 : 2);
     const int ends[2] = {longest, (longest + 1) % 3};
     int close, i, half;
-    if (sss_dipole__fine_enough(w, p, edges[longest], plane, &close))
+    if (sss_dipole__fine_enough(w, p, sqrt(edges[longest]), plane, &close))
     {
         sss_dipole__push_piece(w, p, E, A, close);
         return;
