@@ -1877,7 +1877,7 @@ SSS_DIPOLE_API sss_result sss_dipole_irradiance(const sss_mesh *mesh, const sss_
 // groups of 64 blocks. For each receiver and block the distance decides between
 //   one point a triangle, at the centroid                           (far),
 //   three points, the rule of degree 2                              (middle),
-//   recursive bisection down to pieces that three points integrate                  (near),
+//   recursive bisection down to pieces that seven points integrate, degree 5        (near),
 // with the distances at which each is good enough computed from the profile and the tolerance.
 
 #define SSS_DIPOLE__BLOCK 16u     // triangles
@@ -1926,7 +1926,8 @@ typedef struct sss_dipole__samples
 typedef struct sss_dipole__near
 {
     double far_distance[SSS_DIPOLE__SIZES], middle_distance[SSS_DIPOLE__SIZES];
-    double one_ratio, three_ratio; // distances over edges that one and three points need before an intruding source
+    double piece_distance[SSS_DIPOLE__SIZES];
+    double one_ratio, three_ratio, seven_ratio; // distance over edge that each rule needs before an intruding source
 } sss_dipole__near;
 
 // Adds the samples [begin, end), a multiple of 16, to sum: position and normal of the receiver in `receiver`.
@@ -2454,6 +2455,25 @@ static double sss_dipole__three_point_error(const sss_dipole__model *m, double h
     return worst;
 }
 
+// The same for seven points: 8.4e-5 (h (1/s + sigma/3))^5 is a fit, within a factor of 2, to the rule's mean relative
+// error before a bare source 1/s^3 at distance s, for h/s from 0.3 to 1.8; at most three times that anywhere. Beyond
+// 1.8 the nearest point of the triangle is closer than its own size, and no polynomial rule holds.
+static double sss_dipole__seven_point_error(const sss_dipole__model *m, double h, double s)
+{
+    double worst = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const double z = m->z[0][i], q = h * (1.0 / s + m->sigma[i] / 3.0);
+        if (m->a[i] > 0.0)
+        {
+            const double share = s > z ? z / s * exp(-m->sigma[i] * (s - z)) : 1.0;
+            worst = sss_dipole__max(worst, h < 1.8 * s ? 8.4e-5 * q * q * q * q * q * share : HUGE_VAL);
+        }
+    }
+    return worst;
+}
+
 // The size class of an edge length: 4 an octave, the last one at 4 diagonals, rounded up.
 static int sss_dipole__size_class(double h)
 {
@@ -2470,31 +2490,37 @@ static int sss_dipole__size_class(double h)
     return index < 0 ? 0 : index >= SSS_DIPOLE__SIZES ? SSS_DIPOLE__SIZES - 1 : index;
 }
 
-// For each size class the distance from the receiver beyond which one point a triangle is enough, and the
-// distance from a source beyond which three are.
-static void sss_dipole__plan_distances(const sss_dipole__model *m, double tolerance, sss_dipole__near *near_table)
+// The smallest distance, on a grid of eight an octave, beyond which error(m, h, distance) stays within the bound.
+static double sss_dipole__far_enough(const sss_dipole__model *m, double h, double bound,
+                                     double (*error)(const sss_dipole__model *, double, double))
 {
     const double step = 1.0905077326652577; // 2^(1/8)
+    double r = 4.0 + m->z_max;
+    while (r > 0.01 * m->z_min && error(m, h, r) <= bound)
+    {
+        r /= step;
+    }
+    return r > 0.01 * m->z_min ? r * step : 0.0;
+}
+
+// For each size class the distance from the receiver beyond which one point a triangle is enough, and the distances
+// from a source beyond which three and seven are.
+static void sss_dipole__plan_distances(const sss_dipole__model *m, double tolerance, sss_dipole__near *near_table)
+{
     int k;
     // An intruding source makes the spot before it the brightest part of the integral, so that the relative errors of
-    // the rules there count in full: (h/s)^2 9/48 and 2.9e-3 (h/s)^4.
+    // the rules there count in full: (h/s)^2 9/48, 2.9e-3 (h/s)^4 and at most three times 8.4e-5 (h/s)^5.
     near_table->one_ratio = sqrt(9.0 / 48.0 / tolerance);
     near_table->three_ratio = sqrt(sqrt(2.9e-3 / tolerance));
+    near_table->seven_ratio = sss_dipole__max(1.0 / 1.8, pow(2.5e-4 / tolerance, 0.2));
     for (k = 0; k < SSS_DIPOLE__SIZES; k++)
     {
         const double h = pow(2.0, 2.0 - (double)(SSS_DIPOLE__SIZES - 1 - k) / 4.0);
-        double r = 4.0 + m->z_max;
-        while (r > 0.01 * m->z_min && sss_dipole__one_point_error(m, h, r) <= SSS_DIPOLE__BUDGET * tolerance)
-        {
-            r /= step;
-        }
-        near_table->far_distance[k] = r > 0.01 * m->z_min ? r * step : 0.0;
-        r = 4.0 + m->z_max;
-        while (r > 0.01 * m->z_min && sss_dipole__three_point_error(m, h, r) <= SSS_DIPOLE__BUDGET * tolerance)
-        {
-            r /= step;
-        }
-        near_table->middle_distance[k] = r > 0.01 * m->z_min ? r * step : 0.0;
+        near_table->far_distance[k] = sss_dipole__far_enough(m, h, SSS_DIPOLE__BUDGET * tolerance,
+                                                             sss_dipole__one_point_error);
+        near_table->middle_distance[k] = sss_dipole__far_enough(m, h, SSS_DIPOLE__BUDGET * tolerance,
+                                                                sss_dipole__three_point_error);
+        near_table->piece_distance[k] = sss_dipole__far_enough(m, h, tolerance, sss_dipole__seven_point_error);
     }
 }
 
@@ -3404,51 +3430,66 @@ static void sss_dipole__look_at_piece(const sss_dipole__worker *w, const double 
     sight->intruding = sss_dipole__max(sight->intruding, sqrt(nearest2));
 }
 
-static void sss_dipole__push(sss_dipole__worker *w, const double x[3], const double E_A[3], int close)
+// A rule on a triangle: its samples as barycentric coordinate of the corner that a sample belongs to (the k-th one to
+// corner k modulo 3), of the other two, and weight.
+typedef struct sss_dipole__samples_of_piece
+{
+    int count;
+    double sample[7][3];
+} sss_dipole__samples_of_piece;
+
+static const sss_dipole__samples_of_piece sss_dipole__three_points = { // degree 2
+    3,
+    {{2.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0}, {2.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0}, {2.0 / 3.0, 1.0 / 6.0, 1.0 / 3.0}},
+};
+
+// Radon's, degree 5: (9 +- 2 sqrt(15))/21, (6 -+ sqrt(15))/21, (155 -+ sqrt(15))/1200, and the centroid.
+#define SSS_DIPOLE__RADON_A {0.79742698535308732, 0.10128650732345634, 0.12593918054482715}
+#define SSS_DIPOLE__RADON_B {0.059715871789769820, 0.47014206410511509, 0.13239415278850618}
+static const sss_dipole__samples_of_piece sss_dipole__seven_points = {
+    7,
+    {SSS_DIPOLE__RADON_A, SSS_DIPOLE__RADON_A, SSS_DIPOLE__RADON_A, SSS_DIPOLE__RADON_B, SSS_DIPOLE__RADON_B,
+     SSS_DIPOLE__RADON_B, {1.0 / 3.0, 1.0 / 3.0, 0.225}},
+};
+
+// Adds the samples of a piece, weights E A, to the buffer; or to the sum at once where only the scalar path holds.
+static void sss_dipole__push_piece(sss_dipole__worker *w, const sss_dipole__samples_of_piece *rule, double p[3][3],
+                                   double E[3][3], double A, int close)
 {
     sss_dipole__buffer *b = w->buffer;
     size_t slot;
-    int i;
-    if (b->count == SSS_DIPOLE__BUFFER)
+    int i, k;
+    if (b->count + 7 > SSS_DIPOLE__BUFFER)
     {
         sss_dipole__flush(w);
     }
     slot = b->count;
     for (i = 0; i < 3; i++)
     {
-        b->value[i][slot] = (float)x[i];
-        b->value[3 + i][slot] = (float)E_A[i];
+        const double sum = p[0][i] + p[1][i] + p[2][i], sum_E = E[0][i] + E[1][i] + E[2][i];
+        for (k = 0; k < rule->count; k++) // own a + others b = b sum + (a - b) own
+        {
+            const double others = rule->sample[k][1], more = rule->sample[k][0] - others;
+            b->value[i][slot + (size_t)k] = (float)(others * sum + more * p[k % 3][i]);
+            b->value[3 + i][slot + (size_t)k] = (float)((others * sum_E + more * E[k % 3][i])
+                                                        * (rule->sample[k][2] * A));
+        }
     }
-    if (close) // evaluate this one at once and leave its slot free
+    if (close)
     {
-        sss_dipole__kernel_scalar(&w->g->model, &b->samples, slot, slot + 1, w->origin, w->sum);
+        sss_dipole__kernel_scalar(&w->g->model, &b->samples, slot, slot + (size_t)rule->count, w->origin, w->sum);
         return;
     }
-    b->count++;
+    b->count += (size_t)rule->count;
 }
 
-// The three points of a piece, weights E A.
-static void sss_dipole__push_piece(sss_dipole__worker *w, double p[3][3], double E[3][3], double A, int close)
-{
-    int i, k;
-    for (k = 0; k < 3; k++)
-    {
-        double x[3], E_A[3];
-        for (i = 0; i < 3; i++)
-        {
-            x[i] = (p[0][i] + p[1][i] + p[2][i] + 3.0 * p[k][i]) / 6.0; // (2/3, 1/6, 1/6)
-            E_A[i] = (E[0][i] + E[1][i] + E[2][i] + 3.0 * E[k][i]) / 6.0 * (A / 3.0);
-        }
-        sss_dipole__push(w, x, E_A, close);
-    }
-}
-
-// Whether three points integrate a piece of longest edge h well enough for its distance from the sources.
-static int sss_dipole__fine_enough(const sss_dipole__worker *w, double p[3][3], double h, const double plane[3],
-                                   int *close)
+// The rule that integrates a piece of longest edge h well enough for its distance from the sources, or NULL.
+static const sss_dipole__samples_of_piece *sss_dipole__rule_of_piece(const sss_dipole__worker *w, double p[3][3],
+                                                                     double h, const double plane[3], int *close)
 {
     const sss_dipole__model *m = &w->g->model;
     const sss_dipole__near *n = &w->g->near_table;
+    const int size_class = sss_dipole__size_class(h);
     const double c[3] = {(p[0][0] + p[1][0] + p[2][0]) / 3.0, (p[0][1] + p[1][1] + p[2][1]) / 3.0,
                          (p[0][2] + p[1][2] + p[2][2]) / 3.0};
     const double radius = sqrt(sss_dipole__max(sss_dipole__distance2(c, p[0]),
@@ -3465,9 +3506,14 @@ static int sss_dipole__fine_enough(const sss_dipole__worker *w, double p[3][3], 
         sss_dipole__look_at_piece(w, c, radius, plane, &sight);
     }
     *close = sight.close;
+    if (sight.nearest > n->middle_distance[size_class] && sight.intruding > n->three_ratio * h)
+    {
+        return &sss_dipole__three_points;
+    }
     // A source on the surface itself (height 0) has an infinite integral: 1e-6 of z is where pieces end.
-    return (sight.nearest > n->middle_distance[sss_dipole__size_class(h)] && sight.intruding > n->three_ratio * h)
-           || h < 1e-6 * m->z_min;
+    return (sight.nearest > n->piece_distance[size_class] && sight.intruding > n->seven_ratio * h)
+                   || h < 1e-6 * m->z_min
+               ? &sss_dipole__seven_points : NULL;
 }
 
 // Integrates a near triangle with linear irradiance: corners relative to the receiver, E at them, area A, unit normal
@@ -3479,10 +3525,12 @@ static void sss_dipole__integrate(sss_dipole__worker *w, double p[3][3], double 
                              sss_dipole__distance2(p[2], p[0])}; // squared
     const int longest = edges[0] >= edges[1] ? (edges[0] >= edges[2] ? 0 : 2) : (edges[1] >= edges[2] ? 1 : 2);
     const int ends[2] = {longest, (longest + 1) % 3};
+    const sss_dipole__samples_of_piece *rule;
     int close, i, half;
-    if (sss_dipole__fine_enough(w, p, sqrt(edges[longest]), plane, &close))
+    rule = sss_dipole__rule_of_piece(w, p, sqrt(edges[longest]), plane, &close);
+    if (rule != NULL)
     {
-        sss_dipole__push_piece(w, p, E, A, close);
+        sss_dipole__push_piece(w, rule, p, E, A, close);
         return;
     }
     for (half = 0; half < 2; half++) // one end of the longest edge moves to its middle
