@@ -140,7 +140,7 @@ typedef struct sss_mesh
     const uint32_t *triangles;  // [3 triangle_count], indices below vertex_count, counter-clockwise from outside
     size_t vertex_count;
     size_t triangle_count;
-    double mm_per_unit;         // > 0; required, because a wrong scale is the commonest mistake in the field
+    double mm_per_unit;         // 1e-100 .. 1e100; required: a wrong scale is the commonest mistake in the field
 } sss_mesh;
 
 // What a pipeline needs to know of a material, per RGB channel.        Jensen et al. 2001
@@ -439,7 +439,7 @@ typedef struct sss_dipole_points
     const float *positions; // [3 count], in units of mm_per_unit millimetres
     const float *areas;     // [count], mm^2, >= 0
     size_t count;
-    double mm_per_unit;     // > 0
+    double mm_per_unit;     // 1e-100 .. 1e100
 } sss_dipole_points;
 
 // The same for a cloud of samples, which are never subdivided: accuracy is up to their density.
@@ -1540,8 +1540,8 @@ SSS_DIPOLE_API sss_result sss_dipole_lambert(const sss_profile *profile, const f
 static sss_result sss_dipole__check_mesh(const sss_mesh *mesh)
 {
     size_t k;
-    if (mesh == NULL || mesh->positions == NULL || mesh->triangles == NULL || !(mesh->mm_per_unit > 0.0)
-        || !sss_dipole__finite(mesh->mm_per_unit))
+    if (mesh == NULL || mesh->positions == NULL || mesh->triangles == NULL
+        || !sss_dipole__in_range(mesh->mm_per_unit, 1e-100, 1e100)) // beyond, areas overflow
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
@@ -1885,8 +1885,8 @@ SSS_DIPOLE_API sss_result sss_dipole_irradiance(const sss_mesh *mesh, const sss_
 #define SSS_DIPOLE__TILE 16u      // receivers that share a pass over the emitters
 #define SSS_DIPOLE__BUFFER 512u   // near points collected before they are evaluated
 #define SSS_DIPOLE__SIZES 256     // triangle sizes for which distances are tabulated, 4 an octave, up to 4
-#define SSS_DIPOLE__BUDGET 2.0    // times the tolerance: what the error bounds of far and of near triangles may reach
-#define SSS_DIPOLE__LEFT 0.16     // the part of those bounds that is predicted: the rest cancels between triangles,
+#define SSS_DIPOLE__BUDGET 1.5    // times the tolerance: what the error bounds of far and of near triangles may reach
+#define SSS_DIPOLE__LEFT 0.25     // the part of those bounds that is predicted: the rest cancels between triangles,
                                   // on every mesh measured so far (tests/test_dipole.c: the_tolerance_is_kept)
 #define SSS_DIPOLE__REACH 3.0     // receivers farther from the centre (in diagonals) take the scalar path
 #define SSS_DIPOLE__CLOSE 0.125   // sources closer to an emitter than this part of their z take the scalar path
@@ -2520,7 +2520,8 @@ static void sss_dipole__plan_distances(const sss_dipole__model *m, double tolera
                                                              sss_dipole__one_point_error);
         near_table->middle_distance[k] = sss_dipole__far_enough(m, h, SSS_DIPOLE__BUDGET * tolerance,
                                                                 sss_dipole__three_point_error);
-        near_table->piece_distance[k] = sss_dipole__far_enough(m, h, tolerance, sss_dipole__seven_point_error);
+        near_table->piece_distance[k] = sss_dipole__far_enough(m, h, 0.5 * SSS_DIPOLE__BUDGET * tolerance,
+                                                               sss_dipole__seven_point_error);
     }
 }
 
@@ -3197,7 +3198,7 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_create_points(const sss_dipole_point
     sss_result result;
     size_t k;
     if (points == NULL || out == NULL || points->positions == NULL || points->areas == NULL
-        || !(points->mm_per_unit > 0.0) || !sss_dipole__finite(points->mm_per_unit))
+        || !sss_dipole__in_range(points->mm_per_unit, 1e-100, 1e100))
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
