@@ -2978,7 +2978,8 @@ static void slabs_thinner_than_a_mean_free_path(void)
     {
         mesh_data slab;
         receivers at;
-        if (mesh_slab(cells[fine][0], cells[fine][1], &slab) != 0 || every_vertex(&slab, fine ? 47 : 1, &at) != 0)
+        if (mesh_slab(cells[fine][0], cells[fine][1], &slab) != 0 ||
+            (fine ? vertices_by_area(&slab, 40, &at) : every_vertex(&slab, 1, &at)) != 0)
             SKIP("out of memory");
         float *E = sunny_vertices(&slab), *B = (float *)calloc(3 * at.count, sizeof *B);
         random_seed(11);
