@@ -87,7 +87,7 @@
 // Of the computation:
 //   * Sources placed at a receiver may come to lie on another part of the surface, where the integral grows as
 //     2 pi z/H with the source's height H over it; H below 1e-6 z is not resolved.
-//   * A mean free path below 1e-15 of the diagonal is treated as that.
+//   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
 //
 
 #ifndef SSS_DIPOLE_H
@@ -2276,9 +2276,11 @@ static sss_dipole_path sss_dipole__fastest_path(void)
 // ---- 5.2 Model: the profile in diagonals, its tables, and what distances need which rule ----
 
 // Fills in the profile for lengths in diagonals. A mean free path below 1e-15 of the diagonal is raised to it,
-// sigma_tr z kept: R_d then still is a delta function to any tolerance, and float can hold it.
+// sigma_tr z and the total kept: R_d then still is a delta function to any tolerance, and float can hold it. One
+// above 1e15 is lowered to that, R_d(0) kept: R_d then still is constant over the object. Samples that are never
+// integrated (`samples`) keep R_d(0) in both cases, for a receiver at one of them.
 static void sss_dipole__make_model(const sss_profile *profile, sss_dipole_geometry geometry, double diagonal_mm,
-                                   sss_dipole__model *m)
+                                   int samples, sss_dipole__model *m)
 {
     int i;
     memset(m, 0, sizeof *m);
@@ -2292,6 +2294,7 @@ static void sss_dipole__make_model(const sss_profile *profile, sss_dipole_geomet
         m->gain[i] = 1.0;
         if (m->a[i] > 0.0)
         {
+            m->a[i] *= samples || z_r > z_used ? z_used / z_r * (z_used / z_r) : 1.0;
             m->z[0][i] = z_used;
             m->z[1][i] = z_used * (profile->z_v[i] / profile->z_r[i]);
             m->sigma[i] = profile->sigma_tr[i] * profile->z_r[i] / z_used;
@@ -3131,7 +3134,8 @@ static sss_result sss_dipole__build(const sss_dipole__emitters *e, const sss_pro
         return SSS_ERROR_OVERFLOW;
     }
     sss_dipole__bounds(e, draft->center, &draft->unit_per_diagonal);
-    sss_dipole__make_model(profile, draft->stats.geometry, draft->unit_per_diagonal * e->mm_per_unit, &draft->model);
+    sss_dipole__make_model(profile, draft->stats.geometry, draft->unit_per_diagonal * e->mm_per_unit,
+                           e->mesh == NULL || draft->stats.point_sampling, &draft->model);
     sss_dipole__plan_distances(&draft->model, draft->stats.tolerance, &draft->near_table);
     if (draft->stats.path != SSS_DIPOLE_PATH_SCALAR)
     {
