@@ -1692,7 +1692,9 @@ static void gather_on_every_path(const gather_case *g, sss_dipole_geometry geome
         if (place != OFF_THE_SURFACE)
             CHECK_BELOW(error, bound);
         if (place == ON_REAL_MESH)
-            CHECK_BETWEEN(stats.predicted_error / error, 1.0, 20.0);
+            // Never too low; too high by at most 20 times, or up to the tolerance asked for (1e-3 by default), which
+            // is what a prediction may say of a mesh that does better.
+            CHECK_BETWEEN(stats.predicted_error, error, fmax(20.0 * error, 1.2e-3));
         else
             CHECK_BETWEEN(stats.predicted_error, error, 10.0 * bound);
         for (size_t i = 0; i < 3 * n && p == 0; ++i)
@@ -2271,7 +2273,8 @@ static void splitting_changes_no_bit(void)
 }
 
 static void radiosity_is_linear_in_irradiance(void)
-{   // Oracle: linearity. B(2 E) = 2 B(E) exactly, B(E_1 + E_2) = B(E_1) + B(E_2) to float rounding, B(0) = 0 exactly.
+{   // Oracle: linearity. B(2 E) = 2 B(E) exactly, B(0) = 0 exactly, B(E_1 + E_2) = B(E_1) + B(E_2) within the predicted
+    // error, because far triangles are sampled where their light is; with samples at centroids to float rounding.
     small_scene s;
     sss_dipole_gather_stats stats;
     if (small_scene_make(&s, 3, 3.0) != 0)
@@ -2300,7 +2303,20 @@ static void radiosity_is_linear_in_irradiance(void)
     CHECK_EQUAL(gather_with(&s.g, NULL, &s.B[6 * n], &stats), SSS_OK);
     for (size_t i = 0; i < 3 * n; ++i)
         keep_worst(&worst, relative_error(s.B[6 * n + i], (double)s.B[i] + s.B[3 * n + i]));
+    CHECK_BELOW(worst, stats.predicted_error);
+    sss_dipole_gather_options options;
+    memset(&options, 0, sizeof options);
+    options.point_sampling = 1;
+    CHECK_EQUAL(gather_with(&s.g, &options, &s.B[6 * n], &stats), SSS_OK);
+    s.g.E = bumpy;
+    CHECK_EQUAL(gather_with(&s.g, &options, &s.B[3 * n], &stats), SSS_OK);
+    s.g.E = s.E;
+    CHECK_EQUAL(gather_with(&s.g, &options, s.B, &stats), SSS_OK);
+    worst = 0.0;
+    for (size_t i = 0; i < 3 * n; ++i)
+        keep_worst(&worst, relative_error(s.B[6 * n + i], (double)s.B[i] + s.B[3 * n + i]));
     CHECK_BELOW(worst, 3e-6);
+    s.g.E = both;
     memset(both, 0, count * sizeof *both);
     CHECK_EQUAL(gather_with(&s.g, NULL, &s.B[6 * n], &stats), SSS_OK);
     for (size_t i = 0; i < 3 * n; ++i)
