@@ -3656,31 +3656,35 @@ static sss_dipole__rule sss_dipole__choose_rule(const sss_dipole__worker *w, con
                                                                       : SSS_DIPOLE__THREE_POINTS;
 }
 
-// Samples that are never subdivided: the kernel, or the scalar one where a placed source comes close.
-static void sss_dipole__sum_samples(sss_dipole__worker *w, size_t begin, size_t end)
+// Whether a placed source comes so close to a block (or a group) that only the scalar path holds.
+static int sss_dipole__comes_close(const sss_dipole__worker *w, const sss_dipole__block *block)
+{
+    const double relative[3] = {(double)block->center[0] - w->receiver[0], (double)block->center[1] - w->receiver[1],
+                                (double)block->center[2] - w->receiver[2]};
+    sss_dipole__sight sight;
+    if (w->g->model.geometry == SSS_DIPOLE_DISTANCE)
+    {
+        return 0;
+    }
+    sss_dipole__look(w, relative, (double)block->radius, &sight);
+    return sight.close;
+}
+
+// The blocks [begin, end) of a group whose samples are never subdivided.
+static void sss_dipole__sum_samples(sss_dipole__worker *w, const sss_dipole__block *group, size_t begin, size_t end)
 {
     const sss_dipole_gather *g = w->g;
+    const int group_close = sss_dipole__comes_close(w, group);
     size_t b;
-    for (b = begin; b < end; b++)
+    for (b = begin; (group_close || group->partly_dark) && b < end; b++)
     {
-        const sss_dipole__block *block = &g->blocks[b];
-        sss_dipole__sight sight = {0.0, 0.0, 0};
-        double relative[3];
-        int i;
-        for (i = 0; i < 3; i++)
-        {
-            relative[i] = (double)block->center[i] - w->receiver[i];
-        }
-        if (block->lit && g->model.geometry == SSS_DIPOLE_PLACED)
-        {
-            sss_dipole__look(w, relative, (double)block->radius, &sight);
-        }
-        if (!block->lit || sight.close)
+        const int close = group_close && g->blocks[b].lit && sss_dipole__comes_close(w, &g->blocks[b]);
+        if (close || !g->blocks[b].lit)
         {
             w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * begin, SSS_DIPOLE__BLOCK * b, w->receiver, w->sum);
             begin = b + 1;
         }
-        if (sight.close)
+        if (close)
         {
             sss_dipole__kernel_scalar(&g->model, &g->one, SSS_DIPOLE__BLOCK * b, SSS_DIPOLE__BLOCK * (b + 1),
                                       w->receiver, w->sum);
@@ -3711,24 +3715,27 @@ static void sss_dipole__gather_group(sss_dipole__worker *w, size_t group)
     const size_t begin = SSS_DIPOLE__GROUP * group;
     const size_t end = begin + SSS_DIPOLE__GROUP < g->block_count ? begin + SSS_DIPOLE__GROUP : g->block_count;
     size_t b, first = begin;
+    int far_away;
     if (!whole->lit)
     {
         return;
     }
     if (g->triangle_count == 0 || g->stats.point_sampling)
     {
-        sss_dipole__sum_samples(w, begin, end);
+        sss_dipole__sum_samples(w, whole, begin, end);
         return;
     }
-    if (!whole->partly_dark && sss_dipole__choose_rule(w, whole) == SSS_DIPOLE__ONE_POINT)
+    far_away = sss_dipole__choose_rule(w, whole) == SSS_DIPOLE__ONE_POINT;
+    if (far_away && !whole->partly_dark)
     {
         w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * begin, SSS_DIPOLE__BLOCK * end, w->receiver, w->sum);
         return;
     }
     for (b = begin; b < end; b++)
     {
-        const sss_dipole__rule rule = g->blocks[b].lit ? sss_dipole__choose_rule(w, &g->blocks[b])
-                                                       : SSS_DIPOLE__NONE;
+        const sss_dipole__rule rule = !g->blocks[b].lit ? SSS_DIPOLE__NONE
+                                      : far_away ? SSS_DIPOLE__ONE_POINT
+                                                 : sss_dipole__choose_rule(w, &g->blocks[b]);
         if (rule != SSS_DIPOLE__ONE_POINT)
         {
             w->kernel(&g->model, &g->one, SSS_DIPOLE__BLOCK * first, SSS_DIPOLE__BLOCK * b, w->receiver, w->sum);
