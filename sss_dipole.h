@@ -1578,6 +1578,15 @@ static void sss_dipole__corner(const sss_mesh *mesh, size_t triangle, int corner
     out[2] = (double)p[2];
 }
 
+static void sss_dipole__triangle(const sss_mesh *mesh, size_t triangle, double p[3][3])
+{
+    int k;
+    for (k = 0; k < 3; k++)
+    {
+        sss_dipole__corner(mesh, triangle, k, p[k]);
+    }
+}
+
 // Twice the area vector of a triangle.
 static void sss_dipole__area_vector(const double a[3], const double b[3], const double c[3], double out[3])
 {
@@ -1599,10 +1608,7 @@ SSS_DIPOLE_API sss_result sss_dipole_vertex_normals(const sss_mesh *mesh, float 
     for (t = 0; t < mesh->triangle_count; t++)
     {
         double p[3][3], n[3];
-        for (k = 0; k < 3; k++)
-        {
-            sss_dipole__corner(mesh, t, k, p[k]);
-        }
+        sss_dipole__triangle(mesh, t, p);
         sss_dipole__area_vector(p[0], p[1], p[2], n);
         if (!sss_dipole__normalize(n))
         {
@@ -1847,10 +1853,7 @@ SSS_DIPOLE_API sss_result sss_dipole_irradiance(const sss_mesh *mesh, const sss_
         else
         {
             double p[3][3];
-            for (i = 0; i < 3; i++)
-            {
-                sss_dipole__corner(mesh, k, i, p[i]);
-            }
+            sss_dipole__triangle(mesh, k, p);
             sss_dipole__area_vector(p[0], p[1], p[2], n);
             for (i = 0; i < 3; i++)
             {
@@ -2691,10 +2694,7 @@ static void sss_dipole__emitter_centroid(const sss_dipole__emitters *e, size_t k
     if (e->mesh != NULL)
     {
         double p[3][3];
-        for (i = 0; i < 3; i++)
-        {
-            sss_dipole__corner(e->mesh, k, i, p[i]);
-        }
+        sss_dipole__triangle(e->mesh, k, p);
         for (i = 0; i < 3; i++)
         {
             out[i] = (p[0][i] + p[1][i] + p[2][i]) / 3.0;
@@ -2713,15 +2713,11 @@ static void sss_dipole__emitter_centroid(const sss_dipole__emitters *e, size_t k
 static double sss_dipole__emitter_area(const sss_dipole__emitters *e, size_t k)
 {
     double p[3][3], n[3];
-    int i;
     if (e->mesh == NULL)
     {
         return (double)e->points->areas[k] / e->mm_per_unit / e->mm_per_unit;
     }
-    for (i = 0; i < 3; i++)
-    {
-        sss_dipole__corner(e->mesh, k, i, p[i]);
-    }
+    sss_dipole__triangle(e->mesh, k, p);
     sss_dipole__area_vector(p[0], p[1], p[2], n);
     return 0.5 * sqrt(sss_dipole__dot(n, n));
 }
@@ -2735,7 +2731,8 @@ static void sss_dipole__bounds(const sss_dipole__emitters *e, double center[3], 
     int i, j;
     for (k = 0; k < e->count; k++)
     {
-        for (j = 0; j < corners && sss_dipole__emitter_area(e, k) > 0.0; j++)
+        const int counted = sss_dipole__emitter_area(e, k) > 0.0 ? corners : 0;
+        for (j = 0; j < counted; j++)
         {
             double p[3];
             if (e->mesh != NULL)
