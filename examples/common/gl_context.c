@@ -53,7 +53,7 @@ struct gl_context
 
     GLFWwindow *window;
     double pointer_x, pointer_y, scroll;
-    int pointer_known;
+    int pointer_known, key;
 };
 
 static void say(char *error_text, size_t error_size, const char *what, const char *detail)
@@ -177,6 +177,18 @@ static void on_scroll(GLFWwindow *window, double x, double y)
     context->scroll += y;
 }
 
+// GLFW's numbers of the printable keys are those of ASCII.
+static void on_key(GLFWwindow *window, int key, int scancode, int action, int modifiers)
+{
+    (void)scancode;
+    (void)modifiers;
+    gl_context *const context = glfwGetWindowUserPointer(window);
+    if (action == GLFW_PRESS && key >= GLFW_KEY_SPACE && key <= GLFW_KEY_GRAVE_ACCENT)
+    {
+        context->key = key;
+    }
+}
+
 static const char *glfw_reason(void)
 {
     const char *reason = NULL;
@@ -203,6 +215,7 @@ static int open_window(gl_context *context, int width, int height, const char *t
     }
     glfwSetWindowUserPointer(context->window, context);
     glfwSetScrollCallback(context->window, on_scroll);
+    glfwSetKeyCallback(context->window, on_key);
     glfwSetInputMode(context->window, GLFW_STICKY_KEYS, GLFW_TRUE); // a short press between two slow frames counts
     glfwMakeContextCurrent(context->window);
     glfwSwapInterval(1);
@@ -246,6 +259,8 @@ static void take_input(gl_context *context, gl_input *input)
     context->pointer_known = 1;
     input->scroll = context->scroll;
     context->scroll = 0.0;
+    input->key = context->key;
+    context->key = 0;
     glfwGetFramebufferSize(context->window, &input->width, &input->height);
     input->close = glfwWindowShouldClose(context->window) ||
                    glfwGetKey(context->window, GLFW_KEY_ESCAPE) == GLFW_PRESS;

@@ -109,6 +109,7 @@ typedef struct gl_input
     double scroll;         // wheel steps, away from the user positive
     int width, height;     // of the framebuffer, pixels
     int close;             // the window should close (its button, or Escape)
+    int key;               // the key pressed last, as its capital letter or sign in ASCII; 0: none
 } gl_input;
 
 // Both make the new context current, 4.5 core where there is one, else 3.3 core. They return NULL on failure and

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "image.h"
+#include "offscreen.h"
 
 static const double PI = 3.14159265358979323846;
 
@@ -331,46 +331,24 @@ void shade_draw(const shade *s, const shade_view *view, int width, int height)
     draw_triangles(s);
 }
 
-static int draw_large(const shade *s, const shade_view *view, int width, int height, unsigned char *rgb)
+typedef struct sight
 {
-    const gl_functions *const gl = s->gl;
-    GLuint frame, stores[2];
-    gl->GenFramebuffers(1, &frame);
-    gl->GenRenderbuffers(2, stores);
-    gl->BindFramebuffer(GL_FRAMEBUFFER, frame);
-    gl->BindRenderbuffer(GL_RENDERBUFFER, stores[0]);
-    gl->RenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
-    gl->FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, stores[0]);
-    gl->BindRenderbuffer(GL_RENDERBUFFER, stores[1]);
-    gl->RenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
-    gl->FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, stores[1]);
-    int status = -1;
-    if (gl->CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE)
-    {
-        shade_draw(s, view, width, height);
-        status = gl_context_read_rgb(s->context, width, height, rgb);
-    }
-    gl->BindFramebuffer(GL_FRAMEBUFFER, 0);
-    gl->DeleteFramebuffers(1, &frame);
-    gl->DeleteRenderbuffers(2, stores);
-    return status;
+    const shade *s;
+    const shade_view *view;
+} sight;
+
+static void draw_sight(void *user, int width, int height)
+{
+    const sight *const it = user;
+    shade_draw(it->s, it->view, width, height);
 }
 
 int shade_picture(const shade *s, const shade_view *view, int width, int height, int supersample, unsigned char *rgb,
                   char *error_text, size_t error_size)
 {
-    const int w = width * supersample, h = height * supersample;
-    unsigned char *const large = malloc(3 * (size_t)w * (size_t)h);
-    if (!large || draw_large(s, view, w, h, large) != 0)
-    {
-        snprintf(error_text, error_size, "a picture of %d x %d pixels, %d samples each, is too large to draw", width,
-                 height, supersample * supersample);
-        free(large);
-        return -1;
-    }
-    image_reduce(large, supersample, width, height, rgb);
-    free(large);
-    return 0;
+    sight it = {s, view};
+    const offscreen_size size = {width, height, supersample};
+    return offscreen_draw(s->context, &size, draw_sight, &it, rgb, error_text, error_size);
 }
 
 static int ascending(const void *a, const void *b)
