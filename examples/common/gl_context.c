@@ -315,6 +315,11 @@ int gl_context_version(const gl_context *context)
     return context->version;
 }
 
+const char *gl_context_version_line(const gl_context *context)
+{
+    return context->version >= 45 ? "#version 450 core" : "#version 330 core";
+}
+
 int gl_context_read_rgb(const gl_context *context, int width, int height, unsigned char *rgb)
 {
     const size_t row = 3 * (size_t)width;

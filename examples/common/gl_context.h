@@ -126,8 +126,9 @@ const gl_functions *gl_context_functions(const gl_context *context);
 // "4.5 core, llvmpipe ...": version and renderer, for reports.
 const char *gl_context_description(const gl_context *context);
 
-// The version as 45 or 33.
+// The version as 45 or 33, and as the first line of a shader.
 int gl_context_version(const gl_context *context);
+const char *gl_context_version_line(const gl_context *context);
 
 // Shows the frame (windows only), takes events in, and says what the user did.
 void gl_context_present(gl_context *context, gl_input *input);

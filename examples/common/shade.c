@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "backdrop.h"
 #include "offscreen.h"
 
 static const double PI = 3.14159265358979323846;
@@ -19,7 +20,8 @@ struct shade
 {
     const gl_context *context;
     const gl_functions *gl;
-    GLuint program, backdrop, vertex_array, empty_array, buffers[ATTRIBUTES + 1];
+    backdrop behind;
+    GLuint program, vertex_array, buffers[ATTRIBUTES + 1];
     GLsizei index_count;
     size_t vertex_count;
     float floor_y, height; // of the lowest vertex, and of the object above it
@@ -94,43 +96,14 @@ static const char object_fragment_shader[] =
     "    color = vec4(sss_tone_map(L), mix(1.0, image, mirrored));\n"
     "}\n";
 
-static const char backdrop_vertex_shader[] =
-    "out vec2 screen;\n"
-    "void main()\n" // one triangle that covers the picture
-    "{\n"
-    "    screen = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);\n"
-    "    gl_Position = vec4(screen, 0.0, 1.0);\n"
-    "}\n";
-
-static const char backdrop_fragment_shader[] =
-    "in vec2 screen;\n"
-    "uniform vec3 below, above;\n"
-    "out vec4 color;\n"
-    "void main()\n"
-    "{\n"
-    "    vec2 from_glow = screen - vec2(0.12, 0.2);\n"     // a glow behind the object lifts its dark side off
-    "    float glow = 0.6 + 0.9*exp(-1.6*dot(from_glow, from_glow));\n"
-    "    vec3 c = mix(below, above, smoothstep(-1.1, 0.4, screen.y));\n"
-    "    color = vec4(c * glow, 1.0);\n"
-    "}\n";
-
-static const char *version_line(const gl_context *context)
-{
-    return gl_context_version(context) >= 45 ? "#version 450 core" : "#version 330 core";
-}
-
 static int build_programs(shade *s, char *error_text, size_t error_size)
 {
-    const char *const version = version_line(s->context);
-    const char *const object_vertex[] = {object_vertex_shader}, *const backdrop_vertex[] = {backdrop_vertex_shader};
-    const char *const backdrop_fragment[] = {backdrop_fragment_shader};
-    const char *const object_fragment[] = {sss_dipole_glsl(SSS_DIPOLE_GLSL_FRESNEL),
-                                           sss_dipole_glsl(SSS_DIPOLE_GLSL_PROFILE),
-                                           sss_dipole_glsl(SSS_DIPOLE_GLSL_TONE_MAPPING), object_fragment_shader};
-    s->program = gl_context_program(s->context, version, object_vertex, 1, object_fragment, 4, error_text, error_size);
-    s->backdrop = s->program ? gl_context_program(s->context, version, backdrop_vertex, 1, backdrop_fragment, 1,
-                                                  error_text, error_size) : 0;
-    return s->backdrop ? 0 : -1;
+    const char *const vertex[] = {object_vertex_shader};
+    const char *const fragment[] = {sss_dipole_glsl(SSS_DIPOLE_GLSL_FRESNEL), sss_dipole_glsl(SSS_DIPOLE_GLSL_PROFILE),
+                                    sss_dipole_glsl(SSS_DIPOLE_GLSL_TONE_MAPPING), object_fragment_shader};
+    s->program = gl_context_program(s->context, gl_context_version_line(s->context), vertex, 1, fragment, 4, error_text,
+                                    error_size);
+    return s->program ? backdrop_create(s->context, &s->behind, error_text, error_size) : -1;
 }
 
 static void upload(const shade *s, GLuint attribute, GLint width, const float *values)
@@ -146,7 +119,6 @@ static void upload(const shade *s, GLuint attribute, GLint width, const float *v
 static void upload_model(shade *s, const model *m)
 {
     s->gl->GenVertexArrays(1, &s->vertex_array);
-    s->gl->GenVertexArrays(1, &s->empty_array);
     s->gl->GenBuffers(ATTRIBUTES + 1, s->buffers);
     double low[3], high[3];
     const double extent = model_bounds(m, low, high);
@@ -215,9 +187,8 @@ void shade_free(shade *s)
     if (s)
     {
         s->gl->DeleteProgram(s->program);
-        s->gl->DeleteProgram(s->backdrop);
+        backdrop_free(&s->behind);
         s->gl->DeleteVertexArrays(1, &s->vertex_array);
-        s->gl->DeleteVertexArrays(1, &s->empty_array);
         s->gl->DeleteBuffers(ATTRIBUTES + 1, s->buffers);
         free(s);
     }
@@ -259,23 +230,6 @@ void shade_set_radiosity(shade *s, const float *radiosity, const float *seen)
     }
 }
 
-static void draw_backdrop(const shade *s, const shade_view *view)
-{
-    const gl_functions *const gl = s->gl;
-    float background[2][3];
-    for (int i = 0; i < 6; ++i)
-    {
-        background[i / 3][i % 3] = (float)view->background[i / 3][i % 3];
-    }
-    gl->Disable(GL_DEPTH_TEST);
-    gl->UseProgram(s->backdrop);
-    gl->Uniform3fv(gl->GetUniformLocation(s->backdrop, "below"), 1, background[0]);
-    gl->Uniform3fv(gl->GetUniformLocation(s->backdrop, "above"), 1, background[1]);
-    gl->BindVertexArray(s->empty_array);
-    gl->DrawArrays(GL_TRIANGLES, 0, 3);
-    gl->Enable(GL_DEPTH_TEST);
-}
-
 static void draw_triangles(const shade *s)
 {
     s->gl->DrawElements(GL_TRIANGLES, s->index_count, GL_UNSIGNED_INT, NULL);
@@ -309,7 +263,7 @@ void shade_draw(const shade *s, const shade_view *view, int width, int height)
     camera_matrix(&view->eye, (double)width / height, view_projection, eye);
     gl->Viewport(0, 0, width, height);
     gl->Clear(GL_DEPTH_BUFFER_BIT);
-    draw_backdrop(s, view);
+    backdrop_draw(&s->behind, view->background);
     gl->UseProgram(s->program);
     gl->UniformMatrix4fv(uniform(s, "view_projection"), 1, GL_FALSE, view_projection);
     gl->Uniform3fv(uniform(s, "to_light"), LIT, s->to_light);

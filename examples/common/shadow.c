@@ -20,6 +20,7 @@ struct shadow
     RTCScene scene;
     float *origins; // [vertex_count][3] lifted, in the box [-1,1]^3, so that no scale upsets single precision
     float *normals; // [vertex_count][3]
+    double middle[3], scale; // into that box: scale (position - middle)
     size_t vertex_count;
     int threads;
 };
@@ -52,14 +53,18 @@ static int mean_edges(const model *m, const float *points, float *out)
     return 0;
 }
 
-static void into_unit_box(const model *m, float *points)
+static void into_unit_box(shadow *s, const model *m, float *points)
 {
     double low[3], high[3];
     const double extent = model_bounds(m, low, high);
+    s->scale = extent > 0.0 ? 2.0 / extent : 0.0;
+    for (size_t k = 0; k < 3; ++k)
+    {
+        s->middle[k] = 0.5 * (low[k] + high[k]);
+    }
     for (size_t i = 0; i < 3 * m->vertex_count; ++i)
     {
-        const double middle = 0.5 * (low[i % 3] + high[i % 3]);
-        points[i] = extent > 0.0 ? (float)(2.0 * ((double)m->positions[i] - middle) / extent) : 0.0f;
+        points[i] = (float)(s->scale * ((double)m->positions[i] - s->middle[i % 3]));
     }
 }
 
@@ -94,7 +99,7 @@ static int fill(shadow *s, const model *m)
         return -1;
     }
     memcpy(s->normals, m->normals, 3 * m->vertex_count * sizeof *s->normals);
-    into_unit_box(m, s->origins);
+    into_unit_box(s, m, s->origins);
     const int failed = build(s, m, s->origins) != 0 || mean_edges(m, s->origins, edges) != 0;
     for (size_t i = 0; i < 3 * m->vertex_count && !failed; ++i)
     {
@@ -146,24 +151,30 @@ void shadow_free(shadow *s)
 typedef struct cast
 {
     const shadow *s;
-    float direction[3];
+    float target[3]; // a direction, or a point in the box
+    int is_point;
     float *visibility;
 } cast;
 
 static void cast_range(void *context, size_t begin, size_t end)
 {
     const cast *const c = context;
-    const float *const d = c->direction;
     struct RTCIntersectContext rays;
     rtcInitIntersectContext(&rays);
     for (size_t i = begin; i < end; ++i)
     {
         const float *const o = c->s->origins + 3 * i, *const n = c->s->normals + 3 * i;
+        float d[3];
+        for (int k = 0; k < 3; ++k)
+        {
+            d[k] = c->is_point ? c->target[k] - o[k] : c->target[k];
+        }
         c->visibility[i] = 0.0f;
         if (n[0] * d[0] + n[1] * d[1] + n[2] * d[2] > 0.0f)
         {
             struct RTCRay ray = {.org_x = o[0], .org_y = o[1], .org_z = o[2], .dir_x = d[0], .dir_y = d[1],
-                                 .dir_z = d[2], .tnear = 0.0f, .tfar = FLT_MAX, .mask = 0xffffffffu};
+                                 .dir_z = d[2], .tnear = 0.0f, .tfar = c->is_point ? 1.0f : FLT_MAX,
+                                 .mask = 0xffffffffu};
             rtcOccluded1(c->s->scene, &rays, &ray);
             c->visibility[i] = ray.tfar < 0.0f ? 0.0f : 1.0f; // Embree marks a hit by -infinity
         }
@@ -176,7 +187,17 @@ void shadow_visibility(const shadow *s, const double direction[3], float *visibi
     cast c = {.s = s, .visibility = visibility};
     for (int k = 0; k < 3; ++k)
     {
-        c.direction[k] = (float)(direction[k] / length);
+        c.target[k] = (float)(direction[k] / length);
+    }
+    threads_parallel_for(s->threads, s->vertex_count, cast_range, &c);
+}
+
+void shadow_visibility_point(const shadow *s, const double point[3], float *visibility)
+{
+    cast c = {.s = s, .is_point = 1, .visibility = visibility};
+    for (int k = 0; k < 3; ++k)
+    {
+        c.target[k] = (float)(s->scale * (point[k] - s->middle[k]));
     }
     threads_parallel_for(s->threads, s->vertex_count, cast_range, &c);
 }

@@ -1,4 +1,4 @@
-// What vertices see of a direction, by ray casting with Embree.
+// What vertices see of a direction or of a point, by ray casting with Embree.
 #ifndef EXAMPLES_SHADOW_H
 #define EXAMPLES_SHADOW_H
 
@@ -19,6 +19,9 @@ void shadow_free(shadow *s);
 // visibility [vertex_count]: 1 where a vertex sees the direction, 0 where the mesh is in the way or the vertex
 // normal faces away.
 void shadow_visibility(const shadow *s, const double direction[3], float *visibility);
+
+// The same towards a point, in the mesh's units.
+void shadow_visibility_point(const shadow *s, const double point[3], float *visibility);
 
 #ifdef __cplusplus
 }
