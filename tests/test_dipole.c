@@ -1632,7 +1632,7 @@ static sss_result gather_with(const gather_case *g, const sss_dipole_gather_opti
 // NULL where the reference does not converge; else [count][3], to be freed.
 static double *reference_for(const gather_case *g, sss_dipole_geometry geometry, double tolerance)
 {
-    const reference_options options = {geometry, g->elements, tolerance};
+    const reference_options options = {geometry, g->elements, tolerance, 0.0};
     double *B = (double *)calloc(6 * g->at->count, sizeof *B);
     if (B == NULL)
         return NULL;

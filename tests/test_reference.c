@@ -75,7 +75,7 @@ static double gather_ones(const mesh_data *mesh, const sss_profile *profile, sss
                           double tolerance, const float position[3], double *error)
 {
     static const float up[3] = {0.0f, 0.0f, 2.0f};
-    const reference_options options = {geometry, SSS_DIPOLE_VERTICES, tolerance};
+    const reference_options options = {geometry, SSS_DIPOLE_VERTICES, tolerance, 0.0};
     const sss_mesh view = mesh_view(mesh, 1.0);
     double B[3] = {0.0, 0.0, 0.0}, e[3] = {0.0, 0.0, 0.0};
     float *E = ones(mesh->vertex_count);
@@ -246,7 +246,7 @@ static void linear_irradiance(void)
     const double x0 = -0.25, x1 = 0.75, y0 = -0.375, y1 = 0.625; // the unit square seen from the receiver
     const double corners[4][2] = {{x0, y0}, {x1, y0}, {x1, y1}, {x0, y1}};
     const double z_values[3] = {0.5, 0.05, 1e-3};
-    const reference_options options = {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_VERTICES, 1e-8};
+    const reference_options options = {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_VERTICES, 1e-8, 0.0};
     mesh_data mesh;
     float E[12];
     if (mesh_rectangle(0.0, 1.0, 0.0, 1.0, &mesh) != 0)
@@ -278,7 +278,7 @@ static void constant_irradiance_per_triangle(void)
     static const double upper[3][2] = {{-0.25, -0.375}, {0.75, 0.625}, {-0.25, 0.625}};
     static const float at[3] = {0.25f, 0.375f, 0.0f};
     static const float E[6] = {1.0f, 2.0f, 0.0f, 5.0f, 0.5f, 3.0f};
-    const reference_options options = {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_TRIANGLES, 1e-8};
+    const reference_options options = {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_TRIANGLES, 1e-8, 0.0};
     const sss_profile profile = one_source(0.1, 4.0);
     const double a = (double)polygon_source_term(lower, 3, 0.1, 0.1, 4.0);
     const double b = (double)polygon_source_term(upper, 3, 0.1, 0.1, 4.0);
@@ -299,7 +299,7 @@ static void a_placed_source_close_to_the_surface(void)
     // lie H beneath it, down to a millionth: the contribution grows like 2 pi z/H and must not be missed.
     static const float up[3] = {0.0f, 0.0f, 1.0f};
     static const double corners[4][2] = {{-0.5, -0.25}, {0.5, -0.25}, {0.5, 0.75}, {-0.5, 0.75}};
-    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-8};
+    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-8, 0.0};
     const sss_profile profile = one_source(0.5, 1.0);
     mesh_data mesh;
     if (mesh_rectangle(0.0, 1.0, 0.0, 1.0, &mesh) != 0)
@@ -317,6 +317,40 @@ static void a_placed_source_close_to_the_surface(void)
         CHECK_EQUAL(reference_radiosity(&view, &profile, E, &options, at, up, B, error), 0);
         CHECK_REL(B[1], virtual_part + real_part, 1e-8);
         CHECK_BETWEEN(virtual_part / (PI * 0.5 / H), 0.9, 1.0);
+    }
+    free(E);
+    mesh_free(&mesh);
+}
+
+static void a_guard_cuts_a_placed_source(void)
+{   // Oracle: the border integral, less the disc inside the guard's ball, whose integral is
+    // 2 pi z [exp(-sigma H)/H - exp(-sigma g)/g], plus pi (g^2 - H^2) times the kernel at the ball's radius g. The
+    // receiver hangs below the square as above; the last H lies outside the ball, where nothing may change.
+    static const float up[3] = {0.0f, 0.0f, 1.0f};
+    static const double corners[4][2] = {{-0.5, -0.25}, {0.5, -0.25}, {0.5, 0.75}, {-0.5, 0.75}};
+    static const double heights[4] = {1.0 / 1048576.0, 1.0 / 64.0, 7.0 / 64.0, 1.0 / 4.0};
+    const double z = 0.5, sigma = 1.0, g = 0.25 * z;
+    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-6, 0.25};
+    const sss_profile profile = one_source(z, sigma);
+    mesh_data mesh;
+    if (mesh_rectangle(0.0, 1.0, 0.0, 1.0, &mesh) != 0)
+        SKIP("out of memory");
+    float *E = ones(4);
+    const sss_mesh view = mesh_view(&mesh, 1.0);
+    for (int i = 0; i < 4; ++i)
+    {
+        const double H = heights[i];
+        const float at[3] = {0.5f, 0.25f, (float)(-0.5 - H)};
+        const double disc = 2.0 * PI * z * (exp(-sigma * H) / H - exp(-sigma * g) / g);
+        const double cut = PI * (g * g - H * H) * z * (1.0 + sigma * g) * exp(-sigma * g) / (g * g * g);
+        const double whole = (double)polygon_source_term(corners, 4, H, z, sigma);
+        const double want = whole + (H < g ? cut - disc : 0.0) +
+                            (double)polygon_source_term(corners, 4, 1.0 + H, z, sigma);
+        double B[3], error[3];
+        test_about("H %.3g", H);
+        CHECK_EQUAL(reference_radiosity(&view, &profile, E, &options, at, up, B, error), 0);
+        CHECK_REL(B[1], 0.5 * want, 1e-6);
+        CHECK_BELOW(fabs(B[1] - 0.5 * want), error[1]);
     }
     free(E);
     mesh_free(&mesh);
@@ -510,7 +544,7 @@ static void a_curved_mesh_agrees_with_brute_force(void)
     for (int g = 0; g < 2; ++g)
         for (size_t receiver = 0; receiver < 3; ++receiver)
         {
-            const reference_options options = {(sss_dipole_geometry)g, SSS_DIPOLE_VERTICES, 1e-7};
+            const reference_options options = {(sss_dipole_geometry)g, SSS_DIPOLE_VERTICES, 1e-7, 0.0};
             const sss_mesh view = mesh_view(&mesh, 1.0);
             const float *at = &mesh.positions[3 * (7 + 31 * receiver)];
             const float *normal = &mesh.normals[3 * (7 + 31 * receiver)];
@@ -547,8 +581,8 @@ static void the_estimate_is_honest_on_a_mesh(void)
             double worst = 0.0, worst_tolerance = 0.0;
             for (size_t v = 0; v < mesh.vertex_count; v += 97)
             {
-                const reference_options tight = {(sss_dipole_geometry)g, SSS_DIPOLE_VERTICES, 1e-9};
-                const reference_options loose = {(sss_dipole_geometry)g, SSS_DIPOLE_VERTICES, tolerances[i]};
+                const reference_options tight = {(sss_dipole_geometry)g, SSS_DIPOLE_VERTICES, 1e-9, 0.0};
+                const reference_options loose = {(sss_dipole_geometry)g, SSS_DIPOLE_VERTICES, tolerances[i], 0.0};
                 double want[3], want_error[3], B[3], error[3];
                 const float *at = &mesh.positions[3 * v], *n = &mesh.normals[3 * v];
                 (void)reference_radiosity(&view, &profile, E, &tight, at, n, want, want_error);
@@ -572,7 +606,7 @@ static void the_estimate_is_honest_on_a_mesh(void)
 static void threads_and_units_change_nothing(void)
 {   // Oracle: the serial result, bit for bit; and the scaling law R_d(r; k sigma) = k^2 R_d(k r; sigma), B unchanged.
     const sss_profile profile = marble_like();
-    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-6};
+    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-6, 0.0};
     mesh_data mesh;
     size_t indices[20];
     double serial[60], parallel[60], scaled[60], error[60];
@@ -610,7 +644,7 @@ static void what_cannot_converge_says_so(void)
     static const float up[3] = {0.0f, 0.0f, 1.0f};
     const float below[3] = {0.5f, 0.25f, -0.5f}; // the virtual source, 0.5 above it, lies in the square
     const sss_profile profile = one_source(0.5, 1.0);
-    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-6};
+    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-6, 0.0};
     mesh_data mesh;
     double B[3] = {7.0, 7.0, 7.0}, error[3] = {7.0, 7.0, 7.0};
     if (mesh_rectangle(0.0, 1.0, 0.0, 1.0, &mesh) != 0)
@@ -642,6 +676,7 @@ int main(int argc, char **argv)
         TEST(linear_irradiance),
         TEST(constant_irradiance_per_triangle),
         TEST(a_placed_source_close_to_the_surface),
+        TEST(a_guard_cuts_a_placed_source),
         TEST(the_estimate_is_honest_on_one_triangle),
         TEST(the_rule_has_its_order),
         TEST(a_curved_mesh_agrees_with_brute_force),

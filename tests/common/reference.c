@@ -28,10 +28,11 @@ typedef struct kernel
     double z[2];         // z_r, z_v, mm
     double center[2][3]; // mm, relative to x_o
     double lift2[2];     // mm^2
+    double guard2[2];    // mm^2, s^2 counts as at least this
 } kernel;
 
-static void make_kernel(const sss_profile *profile, int channel, sss_dipole_geometry geometry, const double normal[3],
-                        kernel *k)
+static void make_kernel(const sss_profile *profile, int channel, sss_dipole_geometry geometry, double guard,
+                        const double normal[3], kernel *k)
 {
     memset(k, 0, sizeof *k);
     k->scale = profile->alpha_p[channel] / (4.0 * PI);
@@ -46,11 +47,13 @@ static void make_kernel(const sss_profile *profile, int channel, sss_dipole_geom
                 k->center[source][axis] = side * k->z[source] * normal[axis];
         else
             k->lift2[source] = k->z[source] * k->z[source];
+        k->guard2[source] = guard * k->z[source] * guard * k->z[source];
     }
 }
 
-static double kernel_at(const kernel *k, int source, double s2)
+static double kernel_at(const kernel *k, int source, double from_source2)
 {
+    const double s2 = fmax(from_source2, k->guard2[source]);
     const double s = sqrt(s2);
     if (k->sigma == 0.0)
         return k->scale * k->z[source] / (s2 * s);
@@ -139,7 +142,13 @@ static double rule_error(const kernel *k, int source, const samples *q, double f
     const double nearest = fmax(0.0, sqrt(d2) - q->h);
     const double s2 = nearest * nearest + k->lift2[source];
     // Whatever happens between the samples, the contribution lies between 0 and this.
-    const double largest = s2 > 0.0 ? q->area * q->E_max * kernel_at(k, source, s2) : DBL_MAX;
+    const double largest =
+        s2 > 0.0 || k->guard2[source] > 0.0 ? q->area * q->E_max * kernel_at(k, source, s2) : DBL_MAX;
+    if (s2 < k->guard2[source])
+    {   // The kernel is constant in the guard's ball: what is exact there is the rule's too, and only the rest can err.
+        const double farthest = sqrt(d2) + q->h;
+        return largest - q->area * q->E_max * kernel_at(k, source, farthest * farthest + k->lift2[source]);
+    }
     const double u = q->h / sqrt(d2 + k->lift2[source]), w = k->sigma * q->h;
     if (!(u < 0.5 && w < 1.0))
         return largest;
@@ -192,7 +201,7 @@ void reference_one_rule(const double corners[3][3], const double E[3], const sss
 {
     kernel k;
     patch t;
-    make_kernel(profile, channel, geometry, normal, &k);
+    make_kernel(profile, channel, geometry, 0.0, normal, &k);
     memcpy(t.p, corners, sizeof t.p);
     memcpy(t.E, E, sizeof t.E);
     evaluate(&k, &t);
@@ -387,7 +396,7 @@ static int one_channel(const sss_mesh *mesh, const sss_profile *profile, const f
     *error = 0.0;
     if (profile->alpha_p[channel] == 0.0)
         return 0;
-    make_kernel(profile, channel, options->geometry, at->normal, &k);
+    make_kernel(profile, channel, options->geometry, options->guard, at->normal, &k);
     if (reserve(h, mesh->triangle_count) != 0)
         return 1;
     h->count = 0;
@@ -411,7 +420,7 @@ static int usable(const sss_mesh *mesh, const sss_profile *profile, const float 
                   const reference_options *options)
 {
     return mesh != NULL && profile != NULL && irradiance != NULL && options != NULL && mesh->positions != NULL &&
-           mesh->triangles != NULL && mesh->mm_per_unit > 0.0 && options->tolerance >= 0.0;
+           mesh->triangles != NULL && mesh->mm_per_unit > 0.0 && options->tolerance >= 0.0 && options->guard >= 0.0;
 }
 
 // All three channels; the heap's memory is kept from one receiver to the next.
