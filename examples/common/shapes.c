@@ -38,15 +38,21 @@ static void add_triangle(model *m, size_t a, size_t b, size_t c)
     t[2] = (uint32_t)c;
 }
 
+int shape_normals(model *m)
+{
+    sss_mesh mesh = model_mesh(m, 1.0);
+    mesh.normals = NULL; // what is there need not be numbers yet
+    return sss_dipole_vertex_normals(&mesh, m->normals) == SSS_OK ? 0 : -1;
+}
+
 static int finish(model *m)
 {
-    const sss_mesh mesh = model_mesh(m, 1.0);
-    if (sss_dipole_vertex_normals(&mesh, m->normals) != SSS_OK)
+    const int status = shape_normals(m);
+    if (status != 0)
     {
         model_free(m);
-        return -1;
     }
-    return 0;
+    return status;
 }
 
 // ---- candle ----
