@@ -21,7 +21,7 @@ typedef struct reference_options
     sss_dipole_geometry geometry;
     sss_dipole_elements elements; // irradiance at vertices, linear over a triangle; or constant over each triangle
     double tolerance;             // relative error allowed for each channel of B; 0: 1e-6
-    double guard;                 // a source's term within guard z of it is what it is there, as sss_bem.h has it; 0: none
+    double guard;                 // within guard z of a source its term is what it is there, as in sss_bem.h; 0: none
 } reference_options;
 
 // One receiver.
