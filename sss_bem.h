@@ -412,6 +412,11 @@ static double sss_bem__max(double a, double b)
     return a > b ? a : b;
 }
 
+static size_t sss_bem__at_most(size_t a, size_t most)
+{
+    return a < most ? a : most;
+}
+
 static double sss_bem__dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -926,6 +931,3150 @@ SSS_BEM_API double sss_bem_form_factor_taylor(const double *corners, size_t corn
         conditions->samples = c.samples;
     }
     return z * sum;
+}
+
+// ---- 2. What receivers get from clusters and triangles: the data ----
+
+enum
+{
+    SSS_BEM__LANES = 16,  // receivers in a row: those share their links
+    SSS_BEM__CLASSES = 256, // of sizes of clusters
+    SSS_BEM__BATCH = 64,  // links, or pairs, whose factors are computed at a time
+    SSS_BEM__SLIVER = 1000, // longest edge over height, above which a triangle counts as a sliver
+    SSS_BEM__NODES = 4    // Gauss nodes on a half of an edge's panel: 8 on an edge
+};
+
+#define SSS_BEM__TINY 1e-18f // of the diagonal: a source on a triangle counts as that far from it
+
+// A cluster as the run time sees it: one cache line. Lengths are fractions of the mesh's diagonal, from its center.
+typedef struct sss_bem__node
+{
+    float center[3];   // centroid of the area
+    float moment[6];   // second moments about it, per area: xx yy zz xy xz yz
+    float radius;      // of a sphere about the center that holds it
+    float area;
+    uint32_t end;      // one past its subtree, which begins at its own index
+    uint32_t triangle; // of a leaf, else UINT32_MAX
+    uint32_t size;     // class, index into sss_bem.reach
+    uint32_t stamp;    // when it last changed
+} sss_bem__node;
+
+// Receivers in rows of lanes; unused lanes repeat the last receiver.
+typedef struct sss_bem__lanes
+{
+    float x[3][SSS_BEM__LANES];
+    float n[3][SSS_BEM__LANES];
+} sss_bem__lanes;
+
+// The six sources: [0] real, [1] virtual.
+typedef struct sss_bem__model
+{
+    float height[2][3];  // how deep below the receiver: z_r, -z_v
+    float z[2][3];       // weight of eq. 8
+    float guard2[2][3];  // (guard z)^2
+    float guard_K[2][3]; // (1 + sigma s) exp(-sigma s)/s^3 there, 0 without a guard
+    float guard_G[2][3]; // exp(-sigma s)/s there
+    float height_range[2][2]; // of the channels that scatter
+    float sigma[3];
+    float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
+} sss_bem__model;
+
+// A link of a row: which cluster, and which of the row's receivers take it as a whole. The others have pairs.
+typedef struct sss_bem__link
+{
+    uint32_t node;
+    uint32_t mask;
+} sss_bem__link;
+
+// A receiver and a triangle too near for moments: three factors for the irradiance at its corners.
+typedef struct sss_bem__pair
+{
+    uint32_t lane;
+    uint32_t node; // the leaf
+} sss_bem__pair;
+
+// A triangle's corners and unit normal.
+typedef struct sss_bem__corners
+{
+    float x[3][3];
+    float normal[3];
+} sss_bem__corners;
+
+// Factors of links: [channel][lane]; of pairs: [corner][channel][pair of the block].
+typedef float sss_bem__link_factor[3][SSS_BEM__LANES];
+typedef float sss_bem__pair_factor[3][3][SSS_BEM__LANES];
+
+// ---- the formulas, in plain C ----
+
+// A cluster's area integral of one source, per area, by the moments of its area about the centroid:
+//     mean of K(|x - d|) = K + 1/2 C : grad grad K,   K = (1 + sigma s) exp(-sigma s)/s^3,
+//     grad grad K = -K_1 I + K_2 v v^T,   K_1 = (3 + 3u + u^2) exp(-u)/s^5,   K_2 = (15 + 15u + 6u^2 + u^3) exp(-u)/s^7
+// v = x - d = w + h n from the source to the centroid, u = sigma s. What follows in v^T C v is C's form in w and n.
+static float sss_bem__cluster_source(const sss_bem__model *m, int kind, int c, const float squares[2],
+                                     const float forms[4])
+{
+    const float h = m->height[kind][c];
+    const float s2 = squares[0] + 2.0f * h * squares[1] + h * h;
+    const float vCv = forms[0] + 2.0f * h * forms[1] + h * h * forms[2];
+    const float limited = s2 > m->guard2[kind][c] ? s2 : m->guard2[kind][c];
+    const float s = sqrtf(limited), u = m->sigma[c] * s;
+    const float over = 1.0f / limited, a = m->z[kind][c] * expf(-u) * over / s;
+    const float second = s2 > m->guard2[kind][c] // inside the guard K is constant
+                             ? 0.5f * over * (over * vCv * (15.0f + u * (15.0f + u * (6.0f + u)))
+                                              - forms[3] * (3.0f + u * (3.0f + u)))
+                             : 0.0f;
+    return a * (1.0f + u + second);
+}
+
+static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
+                                    const sss_bem__node *node, sss_bem__link_factor out)
+{
+    const float *C = node->moment;
+    float w[3], n[3], squares[2], forms[4], Cw[3], Cn[3];
+    int i, c;
+    for (i = 0; i < 3; i++)
+    {
+        w[i] = node->center[i] - lanes->x[i][lane];
+        n[i] = lanes->n[i][lane];
+    }
+    for (i = 0; i < 3; i++) // rows of the symmetric matrix
+    {
+        static const int row[3][3] = {{0, 3, 4}, {3, 1, 5}, {4, 5, 2}};
+        Cw[i] = C[row[i][0]] * w[0] + C[row[i][1]] * w[1] + C[row[i][2]] * w[2];
+        Cn[i] = C[row[i][0]] * n[0] + C[row[i][1]] * n[1] + C[row[i][2]] * n[2];
+    }
+    squares[0] = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+    squares[1] = w[0] * n[0] + w[1] * n[1] + w[2] * n[2];
+    forms[0] = w[0] * Cw[0] + w[1] * Cw[1] + w[2] * Cw[2];
+    forms[1] = n[0] * Cw[0] + n[1] * Cw[1] + n[2] * Cw[2];
+    forms[2] = n[0] * Cn[0] + n[1] * Cn[1] + n[2] * Cn[2];
+    forms[3] = C[0] + C[1] + C[2];
+    for (c = 0; c < 3; c++)
+    {
+        out[c][lane] = m->scale[c] * (sss_bem__cluster_source(m, 0, c, squares, forms)
+                                      + sss_bem__cluster_source(m, 1, c, squares, forms));
+    }
+}
+
+// A block of pairs, side by side: corners from the receiver, and the two normals.
+typedef struct sss_bem__block
+{
+    float w[3][3][SSS_BEM__LANES];
+    float n[3][SSS_BEM__LANES];
+    float normal[3][SSS_BEM__LANES];
+} sss_bem__block;
+
+// A triangle's edges as one receiver sees them; positions of the source along the receiver's normal are linear in its
+// height h: distance from the plane H = H_0 + h H_n, and likewise p and t of each edge.
+typedef struct sss_bem__view
+{
+    float H[2];         // [0] of the receiver, [1] per height
+    float p[3][2];      // distance of the projection from the edge's line, positive inside
+    float t[3][2];      // position of the edge's start, counted from the foot of the projection
+    float length[3];
+    float cosine[3];    // between the outward normals of edges k and k + 1
+    float over_area;    // 1/(2 area)
+    int sliver;         // lambda of a point far from it would lose all digits: irradiance counts as constant
+} sss_bem__view;
+
+static float sss_bem__dotf(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void sss_bem__view_triangle(const float w[3][3], const float n[3], const float normal[3], sss_bem__view *v)
+{
+    float outward[3][3];
+    int k, i;
+    v->H[0] = sss_bem__dotf(w[0], normal);
+    v->H[1] = sss_bem__dotf(n, normal);
+    for (k = 0; k < 3; k++)
+    {
+        const float *from = w[k], *to = w[(k + 1) % 3];
+        float along[3], length2;
+        for (i = 0; i < 3; i++)
+        {
+            along[i] = to[i] - from[i];
+        }
+        length2 = sss_bem__dotf(along, along);
+        v->length[k] = sqrtf(length2);
+        for (i = 0; i < 3; i++)
+        {
+            along[i] = length2 > 0.0f ? along[i] / v->length[k] : 0.0f;
+        }
+        outward[k][0] = along[1] * normal[2] - along[2] * normal[1];
+        outward[k][1] = along[2] * normal[0] - along[0] * normal[2];
+        outward[k][2] = along[0] * normal[1] - along[1] * normal[0];
+        v->p[k][0] = sss_bem__dotf(from, outward[k]);
+        v->p[k][1] = sss_bem__dotf(n, outward[k]);
+        v->t[k][0] = sss_bem__dotf(from, along);
+        v->t[k][1] = sss_bem__dotf(n, along);
+    }
+    for (k = 0; k < 3; k++)
+    {
+        v->cosine[k] = sss_bem__dotf(outward[k], outward[(k + 1) % 3]);
+    }
+    // twice the area from an edge and the distance of the opposite corner
+    v->over_area = v->length[0] * (v->p[0][0] - sss_bem__dotf(w[2], outward[0]));
+    v->sliver = !(v->over_area * SSS_BEM__SLIVER > v->length[0] * v->length[0]
+                  && v->over_area * SSS_BEM__SLIVER > v->length[1] * v->length[1]
+                  && v->over_area * SSS_BEM__SLIVER > v->length[2] * v->length[2]);
+    v->over_area = v->over_area > 0.0f ? 1.0f / v->over_area : 0.0f;
+}
+
+// exp(-sigma s)/s, continued inside the guard so that its derivative is -s K there as well.
+static float sss_bem__guarded_G(const sss_bem__model *m, int kind, int c, float s)
+{
+    const float inside = m->guard2[kind][c] - s * s;
+    return inside <= 0.0f ? expf(-m->sigma[c] * s) / s
+                          : m->guard_G[kind][c] + 0.5f * m->guard_K[kind][c] * inside;
+}
+
+// int (C - G) dtheta and int (C - G) dt along an edge. With t = S sinh w, S^2 = p^2 + H^2, s is S cosh w, dt is s dw:
+// the integrand is smooth in w however close the source is to the edge, and a long edge is short in w.
+static void sss_bem__edge_integrals(const sss_bem__model *m, int kind, int c, float p, float H, float t_1, float length,
+                                    float C, float *theta, float *line)
+{
+    const float part = 1e-6f * length; // keeps t/S finite; far below what G can tell apart
+    const float least = part > SSS_BEM__TINY ? part : SSS_BEM__TINY;
+    const float square = p * p + H * H, S = square > least * least ? sqrtf(square) : least;
+    const float a = t_1 / S, b = (t_1 + length) / S;
+    const float root_a = sqrtf(1.0f + a * a), root_b = sqrtf(1.0f + b * b);
+    const float low = a < 0.0f ? 1.0f / (root_a - a) : root_a + a; // exp(asinh a), without cancellation
+    const float high = b < 0.0f ? 1.0f / (root_b - b) : root_b + b;
+    const float half = 0.5f * logf(high / low), middle = sqrtf(low * high);
+    float sum_theta = 0.0f, sum_line = 0.0f;
+    int i, sign;
+    for (i = 0; i < SSS_BEM__NODES; i++)
+    {
+        const float step = expf(half * (float)sss_bem__gauss8[i][0]);
+        for (sign = 0; sign < 2; sign++)
+        {
+            const float e = sign ? middle * step : middle / step; // exp(w)
+            const float s = 0.5f * S * (e + 1.0f / e), t = 0.5f * S * (e - 1.0f / e);
+            const float term = (float)sss_bem__gauss8[i][1] * (C - sss_bem__guarded_G(m, kind, c, s)) * s;
+            sum_theta += term / (p * p + t * t + least * least);
+            sum_line += term;
+        }
+    }
+    *theta = half * p * sum_theta;
+    *line = half * sum_line;
+}
+
+// The nearest distance of the source to the triangle: its C makes every integrand bounded.
+static float sss_bem__nearest(const sss_bem__view *v, const float p[3], const float t[3], float H)
+{
+    float nearest2 = HUGE_VALF;
+    int k;
+    if (p[0] >= 0.0f && p[1] >= 0.0f && p[2] >= 0.0f)
+    {
+        return fabsf(H);
+    }
+    for (k = 0; k < 3; k++)
+    {
+        const float end = t[k] + v->length[k];
+        const float clamped = t[k] > 0.0f ? t[k] : end < 0.0f ? end : 0.0f;
+        const float square = p[k] * p[k] + clamped * clamped;
+        nearest2 = square < nearest2 ? square : nearest2;
+    }
+    return sqrtf(nearest2 + H * H);
+}
+
+// Factors for the irradiance at the three corners, of one source; compare sss_bem__linear_parts.
+static void sss_bem__triangle_source(const sss_bem__model *m, int kind, int c, const sss_bem__view *v, float out[3])
+{
+    const float h = m->height[kind][c], H = v->H[0] + h * v->H[1];
+    float p[3], t[3], line[3], theta = 0.0f, nearest, C;
+    int k;
+    for (k = 0; k < 3; k++)
+    {
+        p[k] = v->p[k][0] + h * v->p[k][1];
+        t[k] = v->t[k][0] + h * v->t[k][1];
+    }
+    nearest = sss_bem__nearest(v, p, t, H);
+    C = sss_bem__guarded_G(m, kind, c, nearest > SSS_BEM__TINY ? nearest : SSS_BEM__TINY);
+    for (k = 0; k < 3; k++)
+    {
+        float edge_theta;
+        sss_bem__edge_integrals(m, kind, c, p[k], H, t[k], v->length[k], C, &edge_theta, &line[k]);
+        theta += edge_theta;
+    }
+    for (k = 0; k < 3; k++) // corner k, opposite edge k + 1
+    {
+        const int o = (k + 1) % 3, next = (k + 2) % 3;
+        const float linear = v->over_area * v->length[o]
+                             * (p[o] * theta - line[o] - v->cosine[o] * line[next] - v->cosine[k] * line[k]);
+        out[k] = m->z[kind][c] * (v->sliver ? theta / 3.0f : linear);
+    }
+}
+
+// One pair of a block.
+static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__block *b, int place,
+                                     sss_bem__pair_factor out)
+{
+    sss_bem__view v;
+    float w[3][3], n[3], normal[3];
+    int k, i, c;
+    for (i = 0; i < 3; i++)
+    {
+        n[i] = b->n[i][place];
+        normal[i] = b->normal[i][place];
+        for (k = 0; k < 3; k++)
+        {
+            w[k][i] = b->w[k][i][place];
+        }
+    }
+    sss_bem__view_triangle((const float (*)[3])w, n, normal, &v);
+    for (c = 0; c < 3; c++)
+    {
+        float real[3], virtual_source[3];
+        sss_bem__triangle_source(m, 0, c, &v, real);
+        sss_bem__triangle_source(m, 1, c, &v, virtual_source);
+        for (k = 0; k < 3; k++)
+        {
+            out[k][c][place] = m->scale[c] * (real[k] + virtual_source[k]);
+        }
+    }
+}
+
+// ---- the same formulas in wide registers ----
+// The kernels are written once, in a macro, for two widths N of vectors V; a handful of operations differ. Arithmetic
+// on vectors is the compilers' own. They hold 1e-5 against plain C (rsqrt and exp below).
+
+#if !defined(SSS_BEM_NO_SIMD) && (defined(__GNUC__) || defined(__clang__)) && defined(__x86_64__)                      \
+    && !(defined(__MINGW32__) && !defined(__clang__))
+#define SSS_BEM__AVX2
+#if defined(__OPTIMIZE__) || defined(__clang__) // without optimisation gcc 12 warns inside its own AVX-512 macros
+#define SSS_BEM__AVX512
+#endif
+#endif
+
+#if defined(SSS_BEM__AVX2)
+#include <immintrin.h>
+
+#define SSS_BEM__TARGET8 __attribute__((target("avx2,fma")))
+#define SSS_BEM__TARGET16 __attribute__((target("avx512f,avx512dq,fma")))
+#define SSS_BEM__INLINE static inline __attribute__((always_inline))
+
+typedef __m256 sss_bem__v8;
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__set8(float x) { return _mm256_set1_ps(x); }
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__load8(const float *x) { return _mm256_loadu_ps(x); }
+SSS_BEM__INLINE SSS_BEM__TARGET8 void sss_bem__store8(float *x, sss_bem__v8 a) { _mm256_storeu_ps(x, a); }
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__fma8(sss_bem__v8 a, sss_bem__v8 b, sss_bem__v8 c)
+{
+    return _mm256_fmadd_ps(a, b, c);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__max8(sss_bem__v8 a, sss_bem__v8 b)
+{
+    return _mm256_max_ps(a, b);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__min8(sss_bem__v8 a, sss_bem__v8 b)
+{
+    return _mm256_min_ps(a, b);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__less8(sss_bem__v8 a, sss_bem__v8 b, sss_bem__v8 yes,
+                                                            sss_bem__v8 no) // a < b ? yes : no
+{
+    return _mm256_blendv_ps(no, yes, _mm256_cmp_ps(a, b, _CMP_LT_OQ));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__rough_rsqrt8(sss_bem__v8 a) { return _mm256_rsqrt_ps(a); }
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__rough_over8(sss_bem__v8 a) { return _mm256_rcp_ps(a); }
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__round8(sss_bem__v8 a)
+{
+    return _mm256_round_ps(a, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__scale8(sss_bem__v8 a, sss_bem__v8 n) // a 2^n, -126 <= n <= 127
+{
+    const __m256i bits = _mm256_slli_epi32(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)), 23);
+    return _mm256_mul_ps(a, _mm256_castsi256_ps(bits));
+}
+// Splits a > 0 into 2^exponent and a mantissa in [1, 2).
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__exponent8(sss_bem__v8 a)
+{
+    const __m256i bits = _mm256_srli_epi32(_mm256_castps_si256(a), 23);
+    return _mm256_cvtepi32_ps(_mm256_sub_epi32(bits, _mm256_set1_epi32(127)));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__mantissa8(sss_bem__v8 a)
+{
+    const __m256i bits = _mm256_and_si256(_mm256_castps_si256(a), _mm256_set1_epi32(0x007fffff));
+    return _mm256_castsi256_ps(_mm256_or_si256(bits, _mm256_set1_epi32(0x3f800000)));
+}
+#endif
+
+#if defined(SSS_BEM__AVX512)
+typedef __m512 sss_bem__v16;
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__set16(float x) { return _mm512_set1_ps(x); }
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__load16(const float *x) { return _mm512_loadu_ps(x); }
+SSS_BEM__INLINE SSS_BEM__TARGET16 void sss_bem__store16(float *x, sss_bem__v16 a) { _mm512_storeu_ps(x, a); }
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__fma16(sss_bem__v16 a, sss_bem__v16 b, sss_bem__v16 c)
+{
+    return _mm512_fmadd_ps(a, b, c);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__less16(sss_bem__v16 a, sss_bem__v16 b, sss_bem__v16 yes,
+                                                               sss_bem__v16 no)
+{
+    return _mm512_mask_blend_ps(_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ), no, yes);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__max16(sss_bem__v16 a, sss_bem__v16 b)
+{
+    return _mm512_maskz_max_ps((__mmask16)0xffff, a, b);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__min16(sss_bem__v16 a, sss_bem__v16 b)
+{
+    return _mm512_maskz_min_ps((__mmask16)0xffff, a, b);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__rough_rsqrt16(sss_bem__v16 a)
+{
+    return _mm512_maskz_rsqrt14_ps((__mmask16)0xffff, a);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__rough_over16(sss_bem__v16 a)
+{
+    return _mm512_maskz_rcp14_ps((__mmask16)0xffff, a);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__round16(sss_bem__v16 a)
+{
+    return _mm512_maskz_roundscale_ps((__mmask16)0xffff, a, 0);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__scale16(sss_bem__v16 a, sss_bem__v16 n)
+{
+    return _mm512_maskz_scalef_ps((__mmask16)0xffff, a, n);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__exponent16(sss_bem__v16 a)
+{
+    return _mm512_maskz_getexp_ps((__mmask16)0xffff, a);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 a)
+{
+    return _mm512_maskz_getmant_ps((__mmask16)0xffff, a, _MM_MANT_NORM_1_2, _MM_MANT_SIGN_zero);
+}
+#endif
+
+#if defined(SSS_BEM__AVX2)
+// 1/a and 1/sqrt(a) by one Newton step; exp(-u) as 2^n 2^f with the Taylor series of 2^f (ln 2/2)^7/7! = 1.2e-7;
+// ln a by the series of atanh, (0.172)^8/9 = 8e-8.
+#define SSS_BEM__DEFINE_FUNCTIONS(N)                                                                                   \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__over##N(sss_bem__v##N a)                                 \
+    {                                                                                                                  \
+        const sss_bem__v##N y = sss_bem__rough_over##N(a);                                                             \
+        return y * (sss_bem__set##N(2.0f) - a * y);                                                                    \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__rsqrt##N(sss_bem__v##N a)                                \
+    {                                                                                                                  \
+        const sss_bem__v##N y = sss_bem__rough_rsqrt##N(a);                                                            \
+        return y * sss_bem__fma##N(sss_bem__set##N(-0.5f) * a * y, y, sss_bem__set##N(1.5f));                          \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__exp##N(sss_bem__v##N u)                                  \
+    {                                                                                                                  \
+        const sss_bem__v##N x = sss_bem__max##N(u * sss_bem__set##N(1.44269504f), sss_bem__set##N(-126.0f));           \
+        const sss_bem__v##N n = sss_bem__round##N(x), f = x - n;                                                       \
+        sss_bem__v##N y = sss_bem__set##N(1.54035304e-4f);                                                             \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(1.33335581e-3f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(9.61812911e-3f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(5.55041087e-2f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(2.40226507e-1f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(6.93147181e-1f));                                                    \
+        return sss_bem__scale##N(sss_bem__fma##N(y, f, sss_bem__set##N(1.0f)), n);                                     \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__log##N(sss_bem__v##N a)                                  \
+    {                                                                                                                  \
+        const sss_bem__v##N one = sss_bem__set##N(1.0f), e = sss_bem__exponent##N(a), x = sss_bem__mantissa##N(a);     \
+        const sss_bem__v##N root = sss_bem__set##N(1.41421356f); /* brings the mantissa into [sqrt(1/2), sqrt(2)] */   \
+        const sss_bem__v##N m = sss_bem__less##N(root, x, sss_bem__set##N(0.5f) * x, x);                               \
+        const sss_bem__v##N n = sss_bem__less##N(root, x, e + one, e);                                                 \
+        const sss_bem__v##N y = (m - one) * sss_bem__over##N(m + one), y2 = y * y;                                     \
+        sss_bem__v##N p = sss_bem__set##N(2.0f / 7.0f);                                                                \
+        p = sss_bem__fma##N(p, y2, sss_bem__set##N(2.0f / 5.0f));                                                      \
+        p = sss_bem__fma##N(p, y2, sss_bem__set##N(2.0f / 3.0f));                                                      \
+        p = sss_bem__fma##N(p, y2, sss_bem__set##N(2.0f));                                                             \
+        return sss_bem__fma##N(n, sss_bem__set##N(0.693147181f), p * y);                                               \
+    }
+
+// Links: N receivers of a row at a time; what sss_bem__cluster_factor says.
+#define SSS_BEM__DEFINE_LINKS(N)                                                                                       \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__cluster_source##N(                                       \
+        const sss_bem__model *m, int kind, int c, const sss_bem__v##N *squares, const sss_bem__v##N *forms)            \
+    {                                                                                                                  \
+        const sss_bem__v##N h = sss_bem__set##N(m->height[kind][c]), h2 = h + h, hh = h * h;                           \
+        const sss_bem__v##N guard2 = sss_bem__set##N(m->guard2[kind][c]), zero = sss_bem__set##N(0.0f);                \
+        const sss_bem__v##N s2 = sss_bem__fma##N(h2, squares[1], squares[0] + hh);                                     \
+        const sss_bem__v##N vCv = sss_bem__fma##N(h2, forms[1], sss_bem__fma##N(hh, forms[2], forms[0]));              \
+        const sss_bem__v##N limited = sss_bem__max##N(s2, guard2), over_s = sss_bem__rsqrt##N(limited);                \
+        const sss_bem__v##N u = sss_bem__set##N(m->sigma[c]) * limited * over_s, over = over_s * over_s;               \
+        const sss_bem__v##N a = sss_bem__set##N(m->z[kind][c]) * sss_bem__exp##N(zero - u) * over * over_s;            \
+        const sss_bem__v##N three = sss_bem__set##N(3.0f), fifteen = sss_bem__set##N(15.0f);                           \
+        const sss_bem__v##N k_1 = sss_bem__fma##N(u, u + three, three);                                                \
+        const sss_bem__v##N k_2 =                                                                                      \
+            sss_bem__fma##N(u, sss_bem__fma##N(u, u + sss_bem__set##N(6.0f), fifteen), fifteen);                       \
+        const sss_bem__v##N second = sss_bem__set##N(0.5f) * over * (over * vCv * k_2 - forms[3] * k_1);               \
+        return a * (sss_bem__set##N(1.0f) + u + sss_bem__less##N(guard2, s2, second, zero));                           \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__link_factors##N(                                                           \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
+        size_t count, sss_bem__link_factor *out)                                                                       \
+    {                                                                                                                  \
+        int lane, c;                                                                                                   \
+        for (lane = 0; lane < SSS_BEM__LANES; lane += N)                                                               \
+        {                                                                                                              \
+            const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + lane), nx = sss_bem__load##N(lanes->n[0] + lane);   \
+            const sss_bem__v##N y = sss_bem__load##N(lanes->x[1] + lane), ny = sss_bem__load##N(lanes->n[1] + lane);   \
+            const sss_bem__v##N z = sss_bem__load##N(lanes->x[2] + lane), nz = sss_bem__load##N(lanes->n[2] + lane);   \
+            size_t k;                                                                                                  \
+            for (k = 0; k < count; k++)                                                                                \
+            {                                                                                                          \
+                const sss_bem__node *node = nodes + links[k].node;                                                     \
+                const sss_bem__v##N xx = sss_bem__set##N(node->moment[0]), yy = sss_bem__set##N(node->moment[1]);      \
+                const sss_bem__v##N zz = sss_bem__set##N(node->moment[2]), xy = sss_bem__set##N(node->moment[3]);      \
+                const sss_bem__v##N xz = sss_bem__set##N(node->moment[4]), yz = sss_bem__set##N(node->moment[5]);      \
+                const sss_bem__v##N wx = sss_bem__set##N(node->center[0]) - x;                                         \
+                const sss_bem__v##N wy = sss_bem__set##N(node->center[1]) - y;                                         \
+                const sss_bem__v##N wz = sss_bem__set##N(node->center[2]) - z;                                         \
+                const sss_bem__v##N Cwx = sss_bem__fma##N(xx, wx, sss_bem__fma##N(xy, wy, xz * wz));                   \
+                const sss_bem__v##N Cwy = sss_bem__fma##N(xy, wx, sss_bem__fma##N(yy, wy, yz * wz));                   \
+                const sss_bem__v##N Cwz = sss_bem__fma##N(xz, wx, sss_bem__fma##N(yz, wy, zz * wz));                   \
+                const sss_bem__v##N Cnx = sss_bem__fma##N(xx, nx, sss_bem__fma##N(xy, ny, xz * nz));                   \
+                const sss_bem__v##N Cny = sss_bem__fma##N(xy, nx, sss_bem__fma##N(yy, ny, yz * nz));                   \
+                const sss_bem__v##N Cnz = sss_bem__fma##N(xz, nx, sss_bem__fma##N(yz, ny, zz * nz));                   \
+                sss_bem__v##N squares[2], forms[4];                                                                    \
+                squares[0] = sss_bem__fma##N(wx, wx, sss_bem__fma##N(wy, wy, wz * wz));                                \
+                squares[1] = sss_bem__fma##N(wx, nx, sss_bem__fma##N(wy, ny, wz * nz));                                \
+                forms[0] = sss_bem__fma##N(wx, Cwx, sss_bem__fma##N(wy, Cwy, wz * Cwz));                               \
+                forms[1] = sss_bem__fma##N(nx, Cwx, sss_bem__fma##N(ny, Cwy, nz * Cwz));                               \
+                forms[2] = sss_bem__fma##N(nx, Cnx, sss_bem__fma##N(ny, Cny, nz * Cnz));                               \
+                forms[3] = xx + yy + zz;                                                                               \
+                for (c = 0; c < 3; c++)                                                                                \
+                {                                                                                                      \
+                    sss_bem__store##N(out[k][c] + lane,                                                                \
+                                      sss_bem__set##N(m->scale[c])                                                     \
+                                          * (sss_bem__cluster_source##N(m, 0, c, squares, forms)                       \
+                                             + sss_bem__cluster_source##N(m, 1, c, squares, forms)));                  \
+                }                                                                                                      \
+            }                                                                                                          \
+        }                                                                                                              \
+    }
+
+// Pairs: N of a block at a time; what sss_bem__view_triangle, _nearest, _edge_integrals and _triangle_source say.
+#define SSS_BEM__DEFINE_PAIRS(N)                                                                                       \
+    typedef struct sss_bem__view##N                                                                                    \
+    {                                                                                                                  \
+        sss_bem__v##N H[2], p[3][2], t[3][2], length[3], cosine[3], over_area, sliver;                                 \
+    } sss_bem__view##N;                                                                                                \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__dot##N(const sss_bem__v##N *a, const sss_bem__v##N *b)   \
+    {                                                                                                                  \
+        return sss_bem__fma##N(a[0], b[0], sss_bem__fma##N(a[1], b[1], a[2] * b[2]));                                  \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__view_triangle##N(const sss_bem__block *b, int first,              \
+                                                                      sss_bem__view##N *v)                             \
+    {                                                                                                                  \
+        const sss_bem__v##N zero = sss_bem__set##N(0.0f), one = sss_bem__set##N(1.0f);                                 \
+        const sss_bem__v##N limit = sss_bem__set##N((float)SSS_BEM__SLIVER);                                           \
+        sss_bem__v##N w[3][3], n[3], normal[3], outward[3][3], double_area;                                            \
+        int k, i;                                                                                                      \
+        for (i = 0; i < 3; i++)                                                                                        \
+        {                                                                                                              \
+            n[i] = sss_bem__load##N(b->n[i] + first), normal[i] = sss_bem__load##N(b->normal[i] + first);              \
+            for (k = 0; k < 3; k++)                                                                                    \
+            {                                                                                                          \
+                w[k][i] = sss_bem__load##N(b->w[k][i] + first);                                                        \
+            }                                                                                                          \
+        }                                                                                                              \
+        v->H[0] = sss_bem__dot##N(w[0], normal), v->H[1] = sss_bem__dot##N(n, normal);                                 \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            const sss_bem__v##N *from = w[k], *to = w[k == 2 ? 0 : k + 1];                                             \
+            sss_bem__v##N along[3], square, over;                                                                      \
+            for (i = 0; i < 3; i++)                                                                                    \
+            {                                                                                                          \
+                along[i] = to[i] - from[i];                                                                            \
+            }                                                                                                          \
+            square = sss_bem__dot##N(along, along);                                                                    \
+            over = sss_bem__less##N(zero, square, sss_bem__rsqrt##N(square), zero);                                    \
+            v->length[k] = square * over;                                                                              \
+            for (i = 0; i < 3; i++)                                                                                    \
+            {                                                                                                          \
+                along[i] = along[i] * over;                                                                            \
+            }                                                                                                          \
+            outward[k][0] = along[1] * normal[2] - along[2] * normal[1];                                               \
+            outward[k][1] = along[2] * normal[0] - along[0] * normal[2];                                               \
+            outward[k][2] = along[0] * normal[1] - along[1] * normal[0];                                               \
+            v->p[k][0] = sss_bem__dot##N(from, outward[k]), v->p[k][1] = sss_bem__dot##N(n, outward[k]);               \
+            v->t[k][0] = sss_bem__dot##N(from, along), v->t[k][1] = sss_bem__dot##N(n, along);                         \
+        }                                                                                                              \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            v->cosine[k] = sss_bem__dot##N(outward[k], outward[k == 2 ? 0 : k + 1]);                                   \
+        }                                                                                                              \
+        double_area = v->length[0] * (v->p[0][0] - sss_bem__dot##N(w[2], outward[0]));                                 \
+        v->sliver = zero;                                                                                              \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            v->sliver = sss_bem__less##N(v->length[k] * v->length[k], double_area * limit, v->sliver, one);            \
+        }                                                                                                              \
+        v->over_area = sss_bem__less##N(zero, double_area, sss_bem__over##N(double_area), zero);                       \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__guarded_G##N(const sss_bem__model *m, int kind, int c,   \
+                                                                           sss_bem__v##N s)                            \
+    {                                                                                                                  \
+        const sss_bem__v##N guard2 = sss_bem__set##N(m->guard2[kind][c]), square = s * s;                              \
+        const sss_bem__v##N outside = sss_bem__exp##N(sss_bem__set##N(-m->sigma[c]) * s) * sss_bem__over##N(s);        \
+        const sss_bem__v##N inside =                                                                                   \
+            sss_bem__fma##N(sss_bem__set##N(0.5f * m->guard_K[kind][c]), guard2 - square,                              \
+                            sss_bem__set##N(m->guard_G[kind][c]));                                                     \
+        return sss_bem__less##N(square, guard2, inside, outside);                                                      \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__edge_integrals##N(                                                \
+        const sss_bem__model *m, int kind, int c, sss_bem__v##N p, sss_bem__v##N H, sss_bem__v##N t_1,                 \
+        sss_bem__v##N length, sss_bem__v##N C, sss_bem__v##N *theta, sss_bem__v##N *line)                              \
+    {                                                                                                                  \
+        const sss_bem__v##N zero = sss_bem__set##N(0.0f), one = sss_bem__set##N(1.0f);                                 \
+        const sss_bem__v##N least = sss_bem__max##N(sss_bem__set##N(1e-6f) * length, sss_bem__set##N(1e-18f));         \
+        const sss_bem__v##N least2 = least * least, p2 = p * p;                                                        \
+        const sss_bem__v##N square = sss_bem__max##N(sss_bem__fma##N(H, H, p2), least2);                               \
+        const sss_bem__v##N over_S = sss_bem__rsqrt##N(square), half_S = sss_bem__set##N(0.5f) * square * over_S;      \
+        const sss_bem__v##N a = t_1 * over_S, b = (t_1 + length) * over_S;                                             \
+        const sss_bem__v##N aa = sss_bem__fma##N(a, a, one), bb = sss_bem__fma##N(b, b, one);                          \
+        const sss_bem__v##N sum_a = sss_bem__fma##N(aa, sss_bem__rsqrt##N(aa), sss_bem__max##N(a, zero - a));          \
+        const sss_bem__v##N sum_b = sss_bem__fma##N(bb, sss_bem__rsqrt##N(bb), sss_bem__max##N(b, zero - b));          \
+        const sss_bem__v##N low = sss_bem__less##N(a, zero, sss_bem__over##N(sum_a), sum_a);                           \
+        const sss_bem__v##N high = sss_bem__less##N(b, zero, sss_bem__over##N(sum_b), sum_b);                          \
+        const sss_bem__v##N half = sss_bem__set##N(0.5f) * sss_bem__log##N(high * sss_bem__over##N(low));              \
+        const sss_bem__v##N product = low * high, over_middle = sss_bem__rsqrt##N(product);                            \
+        const sss_bem__v##N middle = product * over_middle;                                                            \
+        sss_bem__v##N sum_theta = zero, sum_line = zero;                                                               \
+        int i, sign;                                                                                                   \
+        for (i = 0; i < SSS_BEM__NODES; i++)                                                                           \
+        {                                                                                                              \
+            const sss_bem__v##N node = sss_bem__set##N((float)sss_bem__gauss8[i][0]);                                  \
+            const sss_bem__v##N weight = sss_bem__set##N((float)sss_bem__gauss8[i][1]);                                \
+            const sss_bem__v##N step = sss_bem__exp##N(half * node), over_step = sss_bem__over##N(step);               \
+            for (sign = 0; sign < 2; sign++)                                                                           \
+            {                                                                                                          \
+                const sss_bem__v##N e = middle * (sign ? step : over_step);                                            \
+                const sss_bem__v##N over_e = over_middle * (sign ? over_step : step);                                  \
+                const sss_bem__v##N s = half_S * (e + over_e), t = half_S * (e - over_e);                              \
+                const sss_bem__v##N term = weight * (C - sss_bem__guarded_G##N(m, kind, c, s)) * s;                    \
+                sum_theta = sss_bem__fma##N(term, sss_bem__over##N(sss_bem__fma##N(t, t, p2 + least2)), sum_theta);    \
+                sum_line = sum_line + term;                                                                            \
+            }                                                                                                          \
+        }                                                                                                              \
+        *theta = half * p * sum_theta;                                                                                 \
+        *line = half * sum_line;                                                                                       \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__nearest##N(                                              \
+        const sss_bem__view##N *v, const sss_bem__v##N *p, const sss_bem__v##N *t, sss_bem__v##N H)                    \
+    {                                                                                                                  \
+        const sss_bem__v##N zero = sss_bem__set##N(0.0f), least = sss_bem__min##N(p[0], sss_bem__min##N(p[1], p[2]));  \
+        sss_bem__v##N nearest2 = sss_bem__set##N(1e30f), square;                                                       \
+        int k;                                                                                                         \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            const sss_bem__v##N end = t[k] + v->length[k];                                                             \
+            const sss_bem__v##N clamped = sss_bem__max##N(t[k], sss_bem__min##N(end, zero));                           \
+            nearest2 = sss_bem__min##N(nearest2, sss_bem__fma##N(p[k], p[k], clamped * clamped));                      \
+        }                                                                                                              \
+        nearest2 = sss_bem__less##N(least, zero, nearest2, zero);                                                      \
+        square = sss_bem__max##N(sss_bem__fma##N(H, H, nearest2), sss_bem__set##N(1e-36f));                            \
+        return square * sss_bem__rsqrt##N(square);                                                                     \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__triangle_source##N(const sss_bem__model *m, int kind, int c,      \
+                                                                        const sss_bem__view##N *v, sss_bem__v##N *out) \
+    {                                                                                                                  \
+        const sss_bem__v##N h = sss_bem__set##N(m->height[kind][c]), H = sss_bem__fma##N(h, v->H[1], v->H[0]);         \
+        const sss_bem__v##N weight = sss_bem__set##N(m->z[kind][c] * m->scale[c]), zero = sss_bem__set##N(0.0f);       \
+        sss_bem__v##N p[3], t[3], line[3], theta = zero, C;                                                            \
+        int k;                                                                                                         \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            p[k] = sss_bem__fma##N(h, v->p[k][1], v->p[k][0]);                                                         \
+            t[k] = sss_bem__fma##N(h, v->t[k][1], v->t[k][0]);                                                         \
+        }                                                                                                              \
+        C = sss_bem__guarded_G##N(m, kind, c, sss_bem__nearest##N(v, p, t, H));                                        \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            sss_bem__v##N edge_theta;                                                                                  \
+            sss_bem__edge_integrals##N(m, kind, c, p[k], H, t[k], v->length[k], C, &edge_theta, &line[k]);             \
+            theta = theta + edge_theta;                                                                                \
+        }                                                                                                              \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            const int o = k == 2 ? 0 : k + 1, next = o == 2 ? 0 : o + 1;                                               \
+            const sss_bem__v##N linear =                                                                               \
+                v->over_area * v->length[o]                                                                            \
+                * (p[o] * theta - line[o] - v->cosine[o] * line[next] - v->cosine[k] * line[k]);                       \
+            const sss_bem__v##N flat = sss_bem__set##N(1.0f / 3.0f) * theta;                                           \
+            out[k] = out[k] + weight * sss_bem__less##N(zero, v->sliver, flat, linear);                                \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__pair_factors##N(const sss_bem__model *m, const sss_bem__block *b,          \
+                                                            sss_bem__pair_factor out)                                  \
+    {                                                                                                                  \
+        int first, c, k;                                                                                               \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            sss_bem__view##N v;                                                                                        \
+            sss_bem__view_triangle##N(b, first, &v);                                                                   \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                sss_bem__v##N sum[3];                                                                                  \
+                sum[0] = sum[1] = sum[2] = sss_bem__set##N(0.0f);                                                      \
+                sss_bem__triangle_source##N(m, 0, c, &v, sum);                                                         \
+                sss_bem__triangle_source##N(m, 1, c, &v, sum);                                                         \
+                for (k = 0; k < 3; k++)                                                                                \
+                {                                                                                                      \
+                    sss_bem__store##N(out[k][c] + first, sum[k]);                                                      \
+                }                                                                                                      \
+            }                                                                                                          \
+        }                                                                                                              \
+    }
+
+SSS_BEM__DEFINE_FUNCTIONS(8)
+SSS_BEM__DEFINE_LINKS(8)
+SSS_BEM__DEFINE_PAIRS(8)
+#endif
+
+#if defined(SSS_BEM__AVX512)
+SSS_BEM__DEFINE_FUNCTIONS(16)
+SSS_BEM__DEFINE_LINKS(16)
+SSS_BEM__DEFINE_PAIRS(16)
+#endif
+
+// ---- 3. Object ----
+
+// The tree as it is built: children of every cluster. Triangles come first, then clusters in the order of merging.
+typedef struct sss_bem__merge
+{
+    double center[3];
+    double second;     // int |x - center|^2 dA: the cost of a cluster is what merging adds to it
+    double area;
+    uint64_t code;     // Morton code, for triangles
+    uint32_t index;    // among triangles and merged clusters
+} sss_bem__merge;
+
+// Up to 16 vertices that share their links.
+typedef struct sss_bem__row
+{
+    uint32_t count;
+    uint32_t vertex[SSS_BEM__LANES];
+    uint32_t stamp;       // when its links were last brought up to date; 0: never
+    uint32_t moved;       // when one of its vertices last moved
+    size_t link_count, pair_count;
+    size_t capacity;      // bytes behind data
+    unsigned char *data;  // links, their factors, pairs, their factors; NULL: never linked
+} sss_bem__row;
+
+struct sss_bem
+{
+    sss_hooks hooks;
+    sss_bem_options options;   // as resolved
+    sss_profile profile;
+    sss_bem__model model;
+    double mm_per_unit;
+    double center[3], scale;   // x' = (x - center) scale, in mesh units: the diagonal becomes 1
+    double irradiance_scale;   // E is kept divided by it
+    float reach[2][SSS_BEM__CLASSES]; // how far from real, virtual sources a cluster counts as its moments, by size
+    size_t cursor;             // row at which the next update goes on
+    size_t vertex_count, triangle_count, node_count, row_count, chunk_count, top_count, depth;
+    uint32_t generation;
+    int own_normals;           // normals were not given
+    double predicted_error;    // negative: not known
+    sss_bem__node *nodes;      // [node_count], depth first
+    float (*power)[4];         // [node_count]: int E dA, RGB
+    float (*area_vector)[3];   // [node_count]
+    float (*box)[6];           // [node_count]
+    float (*position)[3];      // [V]
+    float (*normal)[3];        // [V]
+    uint32_t *triangle;        // [3 T]
+    sss_bem__corners *corners; // [T]
+    float (*corner_E)[3][3];   // [T]: corner, channel
+    sss_bem__row *rows;        // [row_count]
+    sss_bem__lanes *lanes;     // [row_count]
+    uint32_t *chunks;          // [chunk_count]: roots of disjoint subtrees that are refitted in parallel
+    uint32_t *top;             // [top_count]: the nodes above them
+    uint32_t *row_of_vertex;   // [V]
+    size_t bytes;
+};
+
+static void *sss_bem__allocate(const sss_hooks *hooks, size_t count, size_t size)
+{
+    if (count == 0 || count > SIZE_MAX / size)
+    {
+        count = 1;
+    }
+    return hooks->allocate != NULL ? hooks->allocate(hooks->user, count * size) : malloc(count * size);
+}
+
+static void sss_bem__release(const sss_hooks *hooks, void *pointer)
+{
+    if (pointer == NULL)
+    {
+        return;
+    }
+    if (hooks->release != NULL)
+    {
+        hooks->release(hooks->user, pointer);
+    }
+    else
+    {
+        free(pointer);
+    }
+}
+
+static void sss_bem__parallel(const sss_hooks *hooks, size_t count,
+                              void (*task)(void *context, size_t begin, size_t end), void *context)
+{
+    if (hooks->parallel_for != NULL)
+    {
+        hooks->parallel_for(hooks->user, count, task, context);
+    }
+    else
+    {
+        task(context, 0, count);
+    }
+}
+
+// ---- hierarchy: face clusters, 5.1.1 ----
+
+static uint64_t sss_bem__spread(uint64_t x) // 21 bits, two zeros between any two
+{
+    x &= 0x1fffff;
+    x = (x | x << 32) & 0x1f00000000ffffu;
+    x = (x | x << 16) & 0x1f0000ff0000ffu;
+    x = (x | x << 8) & 0x100f00f00f00f00fu;
+    x = (x | x << 4) & 0x10c30c30c30c30c3u;
+    return (x | x << 2) & 0x1249249249249249u;
+}
+
+static int sss_bem__compare_codes(const void *a, const void *b)
+{
+    const sss_bem__merge *x = (const sss_bem__merge *)a, *y = (const sss_bem__merge *)b;
+    return x->code != y->code ? (x->code < y->code ? -1 : 1) : x->index < y->index ? -1 : x->index > y->index;
+}
+
+static void sss_bem__join(const sss_bem__merge *a, const sss_bem__merge *b, sss_bem__merge *out)
+{
+    const double area = a->area + b->area;
+    const double share = area > 0.0 ? b->area / area : 0.5;
+    double square = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const double d = b->center[i] - a->center[i];
+        out->center[i] = a->center[i] + share * d;
+        square += d * d;
+    }
+    out->area = area;
+    out->second = a->second + b->second + a->area * share * square;
+    out->code = a->code;
+}
+
+// Compactness: the second moment of the merged cluster. Areas of 0 count a little, so that they go to a neighbour.
+static double sss_bem__join_cost(const sss_bem__merge *a, const sss_bem__merge *b, double least_area)
+{
+    const double A = a->area + least_area, B = b->area + least_area;
+    const double x = a->center[0] - b->center[0], y = a->center[1] - b->center[1], z = a->center[2] - b->center[2];
+    return a->second + b->second + A * B / (A + B) * (x * x + y * y + z * z);
+}
+
+// Breaks ties between equal costs without a direction: along a regular strip half of the clusters still find partners.
+static uint32_t sss_bem__tie(uint32_t a, uint32_t b)
+{
+    uint32_t x = (a < b ? a : b) * 0x9e3779b1u ^ (a < b ? b : a) * 0x85ebca77u;
+    x ^= x >> 15;
+    x *= 0x2c1b3c6du;
+    return x ^ x >> 12;
+}
+
+enum
+{
+    SSS_BEM__WINDOW = 8 // neighbours on either side in Morton order among which a cluster looks for a partner
+};
+
+typedef struct sss_bem__search
+{
+    const sss_bem__merge *clusters;
+    size_t count;
+    double least_area;
+    uint32_t *partner;
+} sss_bem__search;
+
+static void sss_bem__search_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__search *s = (const sss_bem__search *)context;
+    size_t i, j;
+    for (i = begin; i < end; i++)
+    {
+        const size_t first = i > SSS_BEM__WINDOW ? i - SSS_BEM__WINDOW : 0;
+        const size_t last = i + SSS_BEM__WINDOW < s->count ? i + SSS_BEM__WINDOW : s->count - 1;
+        double best = HUGE_VAL;
+        uint32_t best_tie = 0;
+        s->partner[i] = (uint32_t)(i > 0 ? i - 1 : i + 1);
+        for (j = first; j <= last; j++)
+        {
+            const double cost = j == i ? HUGE_VAL
+                                       : sss_bem__join_cost(&s->clusters[i < j ? i : j], &s->clusters[i < j ? j : i],
+                                                            s->least_area);
+            const uint32_t tie = sss_bem__tie((uint32_t)i, (uint32_t)j);
+            if (j != i && (cost < best || (cost == best && tie < best_tie)))
+            {
+                best = cost;
+                best_tie = tie;
+                s->partner[i] = (uint32_t)j;
+            }
+        }
+    }
+}
+
+// Merges every pair of clusters that prefer each other; where few do, every pair of neighbours. Returns the new count.
+static size_t sss_bem__merge_round(sss_bem__merge *clusters, size_t count, const uint32_t *partner,
+                                   uint32_t (*children)[2], size_t leaf_count, uint32_t *next)
+{
+    size_t i, kept = 0, mutual = 0;
+    int forced;
+    for (i = 0; i < count; i++)
+    {
+        mutual += partner[partner[i]] == i && i < partner[i];
+    }
+    forced = mutual * 32 < count;
+    for (i = 0; i < count; i++)
+    {
+        const size_t j = forced ? (i ^ 1) : partner[i];
+        const int joined = j < count && (forced || partner[j] == i);
+        if (joined && i < j)
+        {
+            sss_bem__merge both;
+            sss_bem__join(&clusters[i], &clusters[j], &both);
+            children[*next - leaf_count][0] = clusters[i].index;
+            children[*next - leaf_count][1] = clusters[j].index;
+            both.index = (*next)++;
+            clusters[kept++] = both; // kept <= i, and j is never read as the first of a pair
+        }
+        else if (!joined)
+        {
+            clusters[kept++] = clusters[i];
+        }
+    }
+    return kept;
+}
+
+// The leaves of the merging: triangles, or the base triangles of a subdivision, each with the moments of its finest
+// triangles.
+static void sss_bem__collect_leaves(const sss_bem *b, size_t leaf_count, sss_bem__merge *leaves)
+{
+    const size_t each = b->triangle_count / leaf_count;
+    size_t l, t;
+    int k, i;
+    for (l = 0; l < leaf_count; l++)
+    {
+        for (t = l * each; t < (l + 1) * each; t++)
+        {
+            double x[3][3], e[3], f[3], cross[3];
+            sss_bem__merge one;
+            one.second = 0.0;
+            for (i = 0; i < 3; i++)
+            {
+                for (k = 0; k < 3; k++)
+                {
+                    x[k][i] = (double)b->position[b->triangle[3 * t + (size_t)k]][i];
+                }
+                e[i] = x[1][i] - x[0][i];
+                f[i] = x[2][i] - x[0][i];
+                one.center[i] = (x[0][i] + x[1][i] + x[2][i]) / 3.0;
+                for (k = 0; k < 3; k++)
+                {
+                    one.second += (x[k][i] - one.center[i]) * (x[k][i] - one.center[i]) / 12.0;
+                }
+            }
+            sss_bem__cross(e, f, cross);
+            one.area = 0.5 * sss_bem__length(cross);
+            one.second *= one.area;
+            one.code = 0;
+            if (t == l * each)
+            {
+                leaves[l] = one;
+            }
+            else
+            {
+                sss_bem__join(&leaves[l], &one, &leaves[l]);
+            }
+        }
+        leaves[l].index = (uint32_t)l;
+        for (i = 0; i < 3; i++) // positions lie in [-1/2, 1/2]
+        {
+            const double cell = (leaves[l].center[i] + 0.5) * 2097151.0;
+            leaves[l].code |= sss_bem__spread((uint64_t)sss_bem__max(0.0, cell)) << i;
+        }
+    }
+}
+
+// Merges until one cluster is left. children [leaf_count - 1][2] of the merged clusters, which count from leaf_count.
+static sss_result sss_bem__merge_leaves(sss_bem *b, size_t leaf_count, uint32_t (*children)[2])
+{
+    sss_bem__merge *clusters = (sss_bem__merge *)sss_bem__allocate(&b->hooks, leaf_count, sizeof *clusters);
+    uint32_t *partner = (uint32_t *)sss_bem__allocate(&b->hooks, leaf_count, sizeof *partner);
+    uint32_t next = (uint32_t)leaf_count;
+    size_t count = leaf_count;
+    if (clusters != NULL && partner != NULL)
+    {
+        sss_bem__search search;
+        size_t l;
+        sss_bem__collect_leaves(b, leaf_count, clusters);
+        qsort(clusters, leaf_count, sizeof *clusters, sss_bem__compare_codes);
+        search.least_area = 0.0;
+        for (l = 0; l < leaf_count; l++)
+        {
+            search.least_area += 1e-6 * clusters[l].area / (double)leaf_count;
+        }
+        search.least_area = sss_bem__max(search.least_area, 1e-300);
+        search.clusters = clusters;
+        search.partner = partner;
+        while (count > 1)
+        {
+            search.count = count;
+            sss_bem__parallel(&b->hooks, count, sss_bem__search_task, &search);
+            count = sss_bem__merge_round(clusters, count, partner, children, leaf_count, &next);
+        }
+    }
+    count = clusters != NULL && partner != NULL;
+    sss_bem__release(&b->hooks, partner);
+    sss_bem__release(&b->hooks, clusters);
+    return count ? SSS_OK : SSS_ERROR_OUT_OF_MEMORY;
+}
+
+// The subtree of a base triangle after `levels` 4-to-1 splits, from node `at` on. Returns the node behind it.
+static uint32_t sss_bem__place_patch(sss_bem *b, size_t triangle, int levels, uint32_t at)
+{
+    const uint32_t self = at++;
+    int k;
+    b->nodes[self].triangle = levels == 0 ? (uint32_t)triangle : UINT32_MAX;
+    for (k = 0; k < 4 && levels > 0; k++)
+    {
+        at = sss_bem__place_patch(b, 4 * triangle + (size_t)k, levels - 1, at);
+    }
+    b->nodes[self].end = at;
+    return at;
+}
+
+// Lays the tree out depth first: parents were merged after their children, so that walking back meets them first.
+static sss_result sss_bem__place_nodes(sss_bem *b, size_t leaf_count, int levels, const uint32_t (*children)[2])
+{
+    const size_t all = 2 * leaf_count - 1;
+    size_t patch = 1, i;
+    int l;
+    uint32_t *size = (uint32_t *)sss_bem__allocate(&b->hooks, all, 3 * sizeof *size), *start = size + all,
+             *depth = start + all;
+    if (size == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    for (l = 0; l < levels; l++)
+    {
+        patch = 4 * patch + 1;
+    }
+    for (i = 0; i < all; i++)
+    {
+        size[i] = i < leaf_count ? (uint32_t)patch
+                                 : 1 + size[children[i - leaf_count][0]] + size[children[i - leaf_count][1]];
+    }
+    start[all - 1] = 0;
+    depth[all - 1] = 1;
+    b->depth = 1;
+    for (i = all; i-- > 0;)
+    {
+        if (i < leaf_count)
+        {
+            sss_bem__place_patch(b, i, levels, start[i]);
+            b->depth = b->depth > depth[i] + (size_t)levels ? b->depth : depth[i] + (size_t)levels;
+            continue;
+        }
+        b->nodes[start[i]].end = start[i] + size[i];
+        b->nodes[start[i]].triangle = UINT32_MAX;
+        for (l = 0; l < 2; l++)
+        {
+            const uint32_t child = children[i - leaf_count][l];
+            start[child] = start[i] + 1 + (l == 1 ? size[children[i - leaf_count][0]] : 0);
+            depth[child] = depth[i] + 1;
+        }
+    }
+    sss_bem__release(&b->hooks, size);
+    return SSS_OK;
+}
+
+// Subtrees of at most so many nodes are refitted and pulled in parallel; the few nodes above them follow.
+enum
+{
+    SSS_BEM__CHUNK = 2048
+};
+
+static sss_result sss_bem__cut_chunks(sss_bem *b)
+{
+    size_t pass, i;
+    for (pass = 0; pass < 2; pass++)
+    {
+        b->chunk_count = b->top_count = 0;
+        for (i = 0; i < b->node_count;)
+        {
+            const int chunk = b->nodes[i].end - i <= SSS_BEM__CHUNK;
+            if (pass == 1)
+            {
+                *(chunk ? &b->chunks[b->chunk_count] : &b->top[b->top_count]) = (uint32_t)i;
+            }
+            *(chunk ? &b->chunk_count : &b->top_count) += 1;
+            i = chunk ? b->nodes[i].end : i + 1;
+        }
+        if (pass == 0)
+        {
+            b->chunks = (uint32_t *)sss_bem__allocate(&b->hooks, b->chunk_count, sizeof *b->chunks);
+            b->top = (uint32_t *)sss_bem__allocate(&b->hooks, b->top_count, sizeof *b->top);
+            if (b->chunks == NULL || b->top == NULL)
+            {
+                return SSS_ERROR_OUT_OF_MEMORY;
+            }
+        }
+    }
+    return SSS_OK;
+}
+
+static sss_result sss_bem__build_tree(sss_bem *b)
+{
+    const size_t leaf_count = b->options.base_triangle_count ? b->options.base_triangle_count : b->triangle_count;
+    uint32_t (*children)[2];
+    sss_result result;
+    size_t n;
+    int levels = 0;
+    for (n = leaf_count; n < b->triangle_count; n *= 4)
+    {
+        levels++;
+    }
+    children = (uint32_t (*)[2])sss_bem__allocate(&b->hooks, leaf_count, sizeof *children);
+    result = children == NULL ? SSS_ERROR_OUT_OF_MEMORY : sss_bem__merge_leaves(b, leaf_count, children);
+    if (result == SSS_OK)
+    {
+        result = sss_bem__place_nodes(b, leaf_count, levels, (const uint32_t (*)[2])children);
+    }
+    sss_bem__release(&b->hooks, children);
+    return result == SSS_OK ? sss_bem__cut_chunks(b) : result;
+}
+
+// How many nodes that will be, 0 where the counts are no 4-to-1 subdivision.
+static size_t sss_bem__count_nodes(size_t triangles, size_t base)
+{
+    size_t nodes, n;
+    if (base == 0)
+    {
+        return 2 * triangles - 1;
+    }
+    nodes = base - 1;
+    for (n = base; n <= triangles; n *= 4)
+    {
+        nodes += n;
+        if (n == triangles)
+        {
+            return nodes;
+        }
+    }
+    return 0;
+}
+
+// ---- keeping it valid: moments from the leaves up ----
+
+// Size classes of clusters, four to a factor of 2 in the square of the size, up to 8 squared diagonals.
+#define SSS_BEM__CLASS_BASE 264 // bits >> 21 of the smallest: 2^-61
+
+static int sss_bem__size_class(float h2)
+{
+    uint32_t bits;
+    int index;
+    memcpy(&bits, &h2, sizeof bits);
+    index = (int)(bits >> 21) - SSS_BEM__CLASS_BASE;
+    return index < 0 ? 0 : index < SSS_BEM__CLASSES ? index : SSS_BEM__CLASSES - 1;
+}
+
+static double sss_bem__class_size(int index) // the largest in the class
+{
+    return sqrt(ldexp(1.0 + 0.25 * ((index + 1 + SSS_BEM__CLASS_BASE) % 4),
+                      (index + 1 + SSS_BEM__CLASS_BASE) / 4 - 127));
+}
+
+static void sss_bem__refit_leaf(sss_bem *b, sss_bem__node *node, float area_vector[3], float box[6])
+{
+    sss_bem__corners *c = &b->corners[node->triangle];
+    const uint32_t *corner = b->triangle + 3 * (size_t)node->triangle;
+    double e[3], f[3], cross[3], d[3][3], length, radius2 = 0.0;
+    int k, i;
+    for (i = 0; i < 3; i++)
+    {
+        double center;
+        for (k = 0; k < 3; k++)
+        {
+            c->x[k][i] = b->position[corner[k]][i];
+        }
+        e[i] = (double)c->x[1][i] - (double)c->x[0][i];
+        f[i] = (double)c->x[2][i] - (double)c->x[0][i];
+        center = (double)c->x[0][i] + (e[i] + f[i]) / 3.0;
+        node->center[i] = (float)center;
+        for (k = 0; k < 3; k++)
+        {
+            d[k][i] = (double)c->x[k][i] - center;
+        }
+        box[i] = (float)-HUGE_VAL;
+        box[3 + i] = (float)-HUGE_VAL;
+        for (k = 0; k < 3; k++) // the box as two maxima
+        {
+            box[i] = -c->x[k][i] > box[i] ? -c->x[k][i] : box[i];
+            box[3 + i] = c->x[k][i] > box[3 + i] ? c->x[k][i] : box[3 + i];
+        }
+    }
+    sss_bem__cross(e, f, cross);
+    length = sss_bem__length(cross);
+    node->area = (float)(0.5 * length);
+    for (i = 0; i < 3; i++)
+    {
+        const int first = i < 2 ? 0 : 1, second = i == 0 ? 1 : 2; // xy xz yz
+        c->normal[i] = length > 0.0 ? (float)(cross[i] / length) : 0.0f;
+        area_vector[i] = (float)(0.5 * cross[i]);
+        node->moment[i] = (float)((d[0][i] * d[0][i] + d[1][i] * d[1][i] + d[2][i] * d[2][i]) / 12.0);
+        node->moment[3 + i] = (float)((d[0][first] * d[0][second] + d[1][first] * d[1][second]
+                                       + d[2][first] * d[2][second]) / 12.0);
+    }
+    for (k = 0; k < 3; k++)
+    {
+        radius2 = sss_bem__max(radius2, sss_bem__dot(d[k], d[k]));
+    }
+    node->radius = (float)(sqrt(radius2) * (1.0 + 1e-6)); // rounding to float never shrinks it
+}
+
+// Moments of the union; its sphere holds the children's spheres, or the box where that is smaller.
+static void sss_bem__refit_cluster(sss_bem *b, size_t index)
+{
+    sss_bem__node *node = &b->nodes[index];
+    double area = 0.0, center[3] = {0.0, 0.0, 0.0}, moment[6] = {0.0}, weights = 0.0, sphere = 0.0, corner2 = 0.0;
+    float *box = b->box[index], *area_vector = b->area_vector[index];
+    size_t child;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        area_vector[i] = 0.0f;
+        box[i] = box[3 + i] = (float)-HUGE_VAL;
+    }
+    for (child = index + 1; child < node->end; child = b->nodes[child].end)
+    {
+        area += (double)b->nodes[child].area;
+    }
+    for (child = index + 1; child < node->end; child = b->nodes[child].end)
+    {
+        const double weight = area > 0.0 ? (double)b->nodes[child].area : 1.0; // without area: the mean
+        weights += weight;
+        for (i = 0; i < 3; i++)
+        {
+            center[i] += weight * (double)b->nodes[child].center[i];
+            area_vector[i] += b->area_vector[child][i];
+            box[i] = b->box[child][i] > box[i] ? b->box[child][i] : box[i];
+            box[3 + i] = b->box[child][3 + i] > box[3 + i] ? b->box[child][3 + i] : box[3 + i];
+        }
+    }
+    for (i = 0; i < 3; i++)
+    {
+        double far_side;
+        node->center[i] = (float)(center[i] / weights);
+        far_side = sss_bem__max((double)box[3 + i] - (double)node->center[i], (double)node->center[i] + (double)box[i]);
+        corner2 += far_side * far_side;
+    }
+    for (child = index + 1; child < node->end; child = b->nodes[child].end)
+    {
+        static const int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+        const sss_bem__node *c = &b->nodes[child];
+        const double share = (area > 0.0 ? (double)c->area : 1.0) / weights;
+        double d[3];
+        for (i = 0; i < 3; i++)
+        {
+            d[i] = (double)c->center[i] - (double)node->center[i];
+        }
+        for (i = 0; i < 6; i++)
+        {
+            moment[i] += share * ((double)c->moment[i] + d[row[i]] * d[column[i]]);
+        }
+        sphere = sss_bem__max(sphere, sss_bem__length(d) + (double)c->radius);
+    }
+    for (i = 0; i < 6; i++)
+    {
+        node->moment[i] = (float)moment[i];
+    }
+    node->area = (float)area;
+    node->radius = (float)(sss_bem__min(sphere, sqrt(corner2)) * (1.0 + 1e-6));
+}
+
+static void sss_bem__refit_node(sss_bem *b, size_t index)
+{
+    sss_bem__node *node = &b->nodes[index], before = *node;
+    int changed = 0;
+    if (node->triangle != UINT32_MAX)
+    {
+        const sss_bem__corners corners = b->corners[node->triangle];
+        sss_bem__refit_leaf(b, node, b->area_vector[index], b->box[index]);
+        changed = memcmp(&corners, &b->corners[node->triangle], sizeof corners) != 0;
+    }
+    else
+    {
+        sss_bem__refit_cluster(b, index);
+    }
+    node->size = (uint32_t)sss_bem__size_class(12.0f * (node->moment[0] + node->moment[1] + node->moment[2]));
+    if (changed || memcmp(&before, node, offsetof(sss_bem__node, end)) != 0)
+    {
+        node->stamp = b->generation;
+    }
+}
+
+// int E dA and its channels, from E at the corners.
+static void sss_bem__pull_node(sss_bem *b, size_t index)
+{
+    const sss_bem__node *node = &b->nodes[index];
+    float *power = b->power[index];
+    size_t child;
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        power[c] = 0.0f;
+        if (node->triangle != UINT32_MAX)
+        {
+            const float (*E)[3] = (const float (*)[3])b->corner_E[node->triangle];
+            power[c] = node->area * ((E[0][c] + E[1][c] + E[2][c]) * (1.0f / 3.0f));
+        }
+    }
+    for (child = index + 1; child < node->end && node->triangle == UINT32_MAX; child = b->nodes[child].end)
+    {
+        for (c = 0; c < 3; c++)
+        {
+            power[c] += b->power[child][c];
+        }
+    }
+}
+
+// Applies a function to every node, children before parents.
+typedef struct sss_bem__upward
+{
+    sss_bem *bem;
+    void (*visit)(sss_bem *b, size_t index);
+} sss_bem__upward;
+
+static void sss_bem__upward_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__upward *u = (const sss_bem__upward *)context;
+    size_t k, i;
+    for (k = begin; k < end; k++)
+    {
+        for (i = u->bem->nodes[u->bem->chunks[k]].end; i-- > u->bem->chunks[k];)
+        {
+            u->visit(u->bem, i);
+        }
+    }
+}
+
+static void sss_bem__go_up(sss_bem *b, void (*visit)(sss_bem *b, size_t index))
+{
+    sss_bem__upward u;
+    size_t k;
+    u.bem = b;
+    u.visit = visit;
+    sss_bem__parallel(&b->hooks, b->chunk_count, sss_bem__upward_task, &u);
+    for (k = b->top_count; k-- > 0;)
+    {
+        visit(b, b->top[k]);
+    }
+}
+
+// ---- material: the six sources, and how near a cluster of a size may come ----
+
+// The mean free path is kept within these fractions of the diagonal: below, everything is a delta function, above,
+// a constant, and floats would overflow.
+#define SSS_BEM__LEAST_DEPTH 1e-9
+#define SSS_BEM__MOST_DEPTH 1e6
+
+static void sss_bem__widen(float range[2], float x, int active)
+{
+    const int empty = range[0] == 0.0f && range[1] == 0.0f; // no source lies at the height 0
+    range[0] = active && (empty || x < range[0]) ? x : range[0];
+    range[1] = active && (empty || x > range[1]) ? x : range[1];
+}
+
+static void sss_bem__set_model(sss_bem *b)
+{
+    const double unit = b->scale / b->mm_per_unit; // from mm to fractions of the diagonal
+    int kind, c;
+    for (kind = 0; kind < 2; kind++)
+    {
+        b->model.height_range[kind][0] = b->model.height_range[kind][1] = 0.0f;
+    }
+    for (c = 0; c < 3; c++)
+    {
+        const int active = b->profile.alpha_p[c] > 0.0 && b->profile.z_r[c] > 0.0;
+        const double depth = active ? b->profile.z_r[c] * unit : 1.0;
+        const double fit = depth < SSS_BEM__LEAST_DEPTH  ? SSS_BEM__LEAST_DEPTH / depth
+                           : depth > SSS_BEM__MOST_DEPTH ? SSS_BEM__MOST_DEPTH / depth
+                                                         : 1.0;
+        // R_d(r; z/k, k sigma) = k^2 R_d(k r; z, sigma): far beyond the diagonal only the factor is left
+        const double faint = depth > SSS_BEM__MOST_DEPTH ? fit * fit : 1.0;
+        const double sigma = active ? sss_bem__min(b->profile.sigma_tr[c] / unit / fit, 1e30) : 0.0;
+        b->model.sigma[c] = (float)sigma;
+        b->model.scale[c] = active ? (float)(b->profile.alpha_p[c] * faint / (4.0 * SSS_BEM__PI)) : 0.0f;
+        for (kind = 0; kind < 2; kind++)
+        {
+            const double z = active ? (kind ? b->profile.z_v[c] : b->profile.z_r[c]) * unit * fit : 1.0;
+            const double guard = sss_bem__max(b->options.guard, 0.0) * z;
+            b->model.z[kind][c] = (float)z;
+            b->model.height[kind][c] = (float)(kind ? -z : z);
+            sss_bem__widen(b->model.height_range[kind], b->model.height[kind][c], active);
+            b->model.guard2[kind][c] = (float)(guard * guard);
+            b->model.guard_G[kind][c] = guard > 0.0 ? (float)sss_bem__G(sigma, guard) : 0.0f;
+            b->model.guard_K[kind][c] =
+                guard > 0.0 ? (float)((1.0 + sigma * guard) * sss_bem__G(sigma, guard) / (guard * guard)) : 0.0f;
+        }
+    }
+}
+
+// The remainder behind the second moments of a cluster of size h at the distance s, over the whole light of the dipole:
+//     SSS_BEM__REMAINDER q^3 (z/s) exp(-sigma s)/sum of exp(-sigma z),   q = h (1/s + sigma/3),   q <= SSS_BEM__WIDEST.
+// The third derivatives of K act on what is uneven about a cluster, its shape and its light. (z/s) exp(-sigma s) is the
+// light of a plane from beyond s. One cluster's error may be much more than the tolerance of the sum, because it is a
+// part of the light and because signs alternate: SSS_BEM__BUDGET.
+#define SSS_BEM__REMAINDER 0.05
+
+static double sss_bem__widest(double tolerance)
+{
+    return sss_bem__min(2.0, 1.8 * cbrt(tolerance / 0.01));
+}
+
+static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
+{
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        const double z = (double)b->model.z[kind][c], sigma = (double)b->model.sigma[c];
+        const double guarded = sss_bem__max(s, sqrt((double)b->model.guard2[kind][c]));
+        const double q = h * (1.0 / guarded + sigma / 3.0);
+        const double other = (double)b->model.z[1 - kind][c];
+        const double light = exp(-sigma * (guarded - z)) / (1.0 + exp(-sigma * (other - z))) * z / guarded;
+        if (b->model.scale[c] > 0.0f
+            && (q * q * q * light * SSS_BEM__REMAINDER > 0.7 * b->options.tolerance
+                || (q > sss_bem__widest(b->options.tolerance) && light > 0.01 * b->options.tolerance)))
+        {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+// The error falls with the distance and grows with the size, so that both only ever go up.
+static void sss_bem__plan_reach(sss_bem *b)
+{
+    const double least = 1e-12, most = 16.0, step = pow(2.0, 1.0 / 16.0); // diagonals
+    int kind, index;
+    for (kind = 0; kind < 2; kind++)
+    {
+        double s = least;
+        for (index = 0; index < SSS_BEM__CLASSES; index++)
+        {
+            const double h = sss_bem__class_size(index);
+            while (s < most && !sss_bem__fits(b, kind, h, s))
+            {
+                s *= step;
+            }
+            b->reach[kind][index] = s > least ? (float)s : 0.0f;
+        }
+    }
+}
+
+// ---- rows of receivers ----
+
+// Sorting keys of a vertex: where it is, and where its virtual source points, so that a row's sources stay together.
+static float sss_bem__key(const sss_bem *b, uint32_t v, int axis)
+{
+    return axis < 3 ? b->position[v][axis] : b->normal[v][axis - 3] * 0.5f * b->model.z[1][1];
+}
+
+static void sss_bem__select(const sss_bem *b, uint32_t *v, size_t count, size_t middle, int axis)
+{
+    size_t low = 0, high = count - 1;
+    while (low < high) // Hoare's selection
+    {
+        const float pivot = sss_bem__key(b, v[low + (high - low) / 2], axis);
+        size_t i = low, j = high;
+        for (;;)
+        {
+            uint32_t swap;
+            while (sss_bem__key(b, v[i], axis) < pivot)
+            {
+                i++;
+            }
+            while (sss_bem__key(b, v[j], axis) > pivot)
+            {
+                j--;
+            }
+            if (i >= j)
+            {
+                break;
+            }
+            swap = v[i];
+            v[i++] = v[j];
+            v[j--] = swap;
+        }
+        if (middle <= j)
+        {
+            high = j;
+        }
+        else
+        {
+            low = j + 1;
+        }
+    }
+}
+
+static int sss_bem__widest_axis(const sss_bem *b, const uint32_t *v, size_t count)
+{
+    float widest = -1.0f;
+    int axis, best = 0;
+    for (axis = 0; axis < 6; axis++)
+    {
+        float low = sss_bem__key(b, v[0], axis), high = low;
+        size_t k;
+        for (k = 1; k < count; k++)
+        {
+            const float key = sss_bem__key(b, v[k], axis);
+            low = key < low ? key : low;
+            high = key > high ? key : high;
+        }
+        if (high - low > widest)
+        {
+            widest = high - low;
+            best = axis;
+        }
+    }
+    return best;
+}
+
+// Halves the vertices into full rows, across the widest axis.
+static void sss_bem__make_rows(sss_bem *b, uint32_t *v)
+{
+    size_t from[64], count[64], row = 0;
+    int depth = 1;
+    from[0] = 0;
+    count[0] = b->vertex_count;
+    while (depth > 0)
+    {
+        const size_t first = from[depth - 1], n = count[depth - 1];
+        size_t k;
+        if (n > SSS_BEM__LANES)
+        {
+            const size_t rows = (n + SSS_BEM__LANES - 1) / SSS_BEM__LANES, left = rows / 2 * SSS_BEM__LANES;
+            sss_bem__select(b, v + first, n, left, sss_bem__widest_axis(b, v + first, n));
+            from[depth] = first;
+            count[depth] = left;
+            from[depth - 1] = first + left;
+            count[depth - 1] = n - left;
+            depth++;
+            continue;
+        }
+        memset(&b->rows[row], 0, sizeof b->rows[row]);
+        b->rows[row].count = (uint32_t)n;
+        for (k = 0; k < n; k++)
+        {
+            b->rows[row].vertex[k] = v[first + k];
+            b->row_of_vertex[v[first + k]] = (uint32_t)row;
+        }
+        row++;
+        depth--;
+    }
+}
+
+static void sss_bem__fill_lanes(const sss_bem *b, size_t row)
+{
+    const sss_bem__row *r = &b->rows[row];
+    int lane, i;
+    for (lane = 0; lane < SSS_BEM__LANES; lane++)
+    {
+        const uint32_t v = r->vertex[(uint32_t)lane < r->count ? (uint32_t)lane : r->count - 1];
+        for (i = 0; i < 3; i++)
+        {
+            b->lanes[row].x[i][lane] = b->position[v][i];
+            b->lanes[row].n[i][lane] = b->normal[v][i];
+        }
+    }
+}
+
+// ---- links of a row: the oracle, and near triangles ----
+
+// The spheres that hold a row's real and its virtual sources.
+typedef struct sss_bem__spheres
+{
+    float center[2][3];
+    float radius[2];
+} sss_bem__spheres;
+
+static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes, sss_bem__spheres *out)
+{
+    int kind, lane, i;
+    for (kind = 0; kind < 2; kind++)
+    {
+        const float *heights = b->model.height_range[kind];
+        float low[3], high[3], radius2 = 0.0f;
+        for (lane = 0; lane < 2 * SSS_BEM__LANES; lane++)
+        {
+            for (i = 0; i < 3; i++)
+            {
+                const float d = lanes->x[i][lane / 2] - heights[lane % 2] * lanes->n[i][lane / 2];
+                low[i] = lane == 0 || d < low[i] ? d : low[i];
+                high[i] = lane == 0 || d > high[i] ? d : high[i];
+            }
+        }
+        for (i = 0; i < 3; i++)
+        {
+            out->center[kind][i] = 0.5f * (low[i] + high[i]);
+        }
+        for (lane = 0; lane < 2 * SSS_BEM__LANES; lane++)
+        {
+            float square = 0.0f;
+            for (i = 0; i < 3; i++)
+            {
+                const float d = lanes->x[i][lane / 2] - heights[lane % 2] * lanes->n[i][lane / 2]
+                                - out->center[kind][i];
+                square += d * d;
+            }
+            radius2 = square > radius2 ? square : radius2;
+        }
+        out->radius[kind] = sqrtf(radius2);
+    }
+}
+
+// How far a cluster has to be from sources: nothing where any distance will do, else at least outside of it.
+static float sss_bem__node_reach(const sss_bem *b, const sss_bem__node *node, int kind)
+{
+    const float reach = b->reach[kind][node->size];
+    return reach > 0.0f && reach < node->radius ? node->radius : reach;
+}
+
+// Whether a cluster is far enough from all sources of a row.
+static int sss_bem__row_accepts(const sss_bem *b, const sss_bem__spheres *s, const sss_bem__node *node)
+{
+    int kind;
+    for (kind = 0; kind < 2; kind++)
+    {
+        const float reach = sss_bem__node_reach(b, node, kind);
+        const float x = node->center[0] - s->center[kind][0], y = node->center[1] - s->center[kind][1];
+        const float z = node->center[2] - s->center[kind][2];
+        const float needed = reach + s->radius[kind];
+        if (reach > 0.0f && x * x + y * y + z * z < needed * needed)
+        {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+// Which receivers of a row take a triangle as a whole. s^2 = r^2 + 2 h p + h^2.
+static uint32_t sss_bem__lanes_that_accept(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node)
+{
+    uint32_t near_lanes[SSS_BEM__LANES], mask = 0;
+    const float reach[2] = {sss_bem__node_reach(b, node, 0), sss_bem__node_reach(b, node, 1)};
+    const float X = node->center[0], Y = node->center[1], Z = node->center[2];
+    int lane, kind;
+    for (lane = 0; lane < SSS_BEM__LANES; lane++)
+    {
+        const float x = X - lanes->x[0][lane], y = Y - lanes->x[1][lane], z = Z - lanes->x[2][lane];
+        const float r2 = x * x + y * y + z * z;
+        const float p = x * lanes->n[0][lane] + y * lanes->n[1][lane] + z * lanes->n[2][lane];
+        uint32_t is_near = 0;
+        for (kind = 0; kind < 2; kind++)
+        {
+            // the nearest point of the segment that holds the channels' sources
+            const float *range = b->model.height_range[kind];
+            const float h = -p < range[0] ? range[0] : -p > range[1] ? range[1] : -p;
+            is_near |= r2 + (2.0f * p + h) * h < reach[kind] * reach[kind];
+        }
+        near_lanes[lane] = is_near;
+    }
+    for (lane = 0; lane < SSS_BEM__LANES; lane++)
+    {
+        mask |= (near_lanes[lane] ^ 1u) << lane;
+    }
+    return mask;
+}
+
+// A walk over the tree for one row, depth first, that stops where its buffers are full.
+typedef struct sss_bem__walk
+{
+    const sss_bem *bem;
+    const sss_bem__lanes *lanes;
+    sss_bem__spheres spheres;
+    uint32_t lane_mask;  // lanes in use
+    int lit_only;        // clusters without light are left out
+    uint32_t next;       // node
+    size_t link_count, pair_count;
+    sss_bem__link links[SSS_BEM__BATCH];
+    sss_bem__pair pairs[SSS_BEM__BATCH];
+} sss_bem__walk;
+
+static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, int lit_only,
+                                sss_bem__walk *w)
+{
+    w->bem = b;
+    w->lanes = lanes;
+    w->lane_mask = ((uint32_t)1 << lane_count) - 1;
+    w->lit_only = lit_only;
+    w->next = 0;
+    w->link_count = w->pair_count = 0;
+    sss_bem__bound_sources(b, lanes, &w->spheres);
+}
+
+static void sss_bem__emit_near(sss_bem__walk *w, uint32_t node)
+{
+    const uint32_t accepted = sss_bem__lanes_that_accept(w->bem, w->lanes, &w->bem->nodes[node]);
+    uint32_t near_lanes = w->lane_mask & ~accepted, lane;
+    if ((accepted & w->lane_mask) != 0)
+    {
+        w->links[w->link_count].node = node;
+        w->links[w->link_count++].mask = accepted;
+    }
+    for (lane = 0; near_lanes != 0; lane++, near_lanes >>= 1)
+    {
+        if (near_lanes & 1u)
+        {
+            w->pairs[w->pair_count].lane = lane;
+            w->pairs[w->pair_count++].node = node;
+        }
+    }
+}
+
+// Appends links and pairs until a buffer could overflow (returns 1) or the surface is covered (returns 0).
+static int sss_bem__walk_on(sss_bem__walk *w)
+{
+    const sss_bem__node *nodes = w->bem->nodes;
+    const uint32_t end = (uint32_t)w->bem->node_count;
+    uint32_t i = w->next;
+    while (i < end && w->link_count < SSS_BEM__BATCH && w->pair_count + SSS_BEM__LANES <= SSS_BEM__BATCH)
+    {
+        const float *power = w->bem->power[i];
+        if (w->lit_only && power[0] == 0.0f && power[1] == 0.0f && power[2] == 0.0f)
+        {
+            i = nodes[i].end;
+        }
+        else if (sss_bem__row_accepts(w->bem, &w->spheres, &nodes[i]))
+        {
+            w->links[w->link_count].node = i;
+            w->links[w->link_count++].mask = 0xffff;
+            i = nodes[i].end;
+        }
+        else
+        {
+            if (nodes[i].triangle != UINT32_MAX && nodes[i].area > 0.0f)
+            {
+                sss_bem__emit_near(w, i);
+            }
+            i++;
+        }
+    }
+    w->next = i;
+    return i < end;
+}
+
+// ---- factors and sums ----
+
+static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
+                                  size_t count, sss_bem__link_factor *out)
+{
+    size_t k;
+    int lane, c;
+    switch (b->options.path)
+    {
+#if defined(SSS_BEM__AVX512)
+    case SSS_BEM_PATH_AVX512: sss_bem__link_factors16(&b->model, lanes, b->nodes, links, count, out); break;
+#endif
+#if defined(SSS_BEM__AVX2)
+    case SSS_BEM_PATH_AVX2: sss_bem__link_factors8(&b->model, lanes, b->nodes, links, count, out); break;
+#endif
+    default:
+        for (k = 0; k < count; k++)
+        {
+            for (lane = 0; lane < SSS_BEM__LANES; lane++)
+            {
+                sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node], out[k]);
+            }
+        }
+    }
+    for (k = 0; k < count; k++)
+    {
+        for (lane = 0; lane < SSS_BEM__LANES && links[k].mask != 0xffff; lane++)
+        {
+            for (c = 0; c < 3 && !(links[k].mask >> lane & 1u); c++)
+            {
+                out[k][c][lane] = 0.0f; // this receiver has a pair instead
+            }
+        }
+    }
+}
+
+// Factors of up to a block of pairs.
+static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__pair *pairs,
+                                  size_t count, sss_bem__pair_factor out)
+{
+    sss_bem__block block;
+    size_t place;
+    int i, k;
+    for (place = 0; place < SSS_BEM__LANES; place++)
+    {
+        const sss_bem__pair *pair = &pairs[place < count ? place : count - 1];
+        const sss_bem__corners *corners = &b->corners[b->nodes[pair->node].triangle];
+        for (i = 0; i < 3; i++)
+        {
+            for (k = 0; k < 3; k++)
+            {
+                block.w[k][i][place] = corners->x[k][i] - lanes->x[i][pair->lane];
+            }
+            block.n[i][place] = lanes->n[i][pair->lane];
+            block.normal[i][place] = corners->normal[i];
+        }
+    }
+    switch (b->options.path)
+    {
+#if defined(SSS_BEM__AVX512)
+    case SSS_BEM_PATH_AVX512: sss_bem__pair_factors16(&b->model, &block, out); break;
+#endif
+#if defined(SSS_BEM__AVX2)
+    case SSS_BEM_PATH_AVX2: sss_bem__pair_factors8(&b->model, &block, out); break;
+#endif
+    default:
+        for (i = 0; i < (int)count; i++)
+        {
+            sss_bem__triangle_factor(&b->model, &block, i, out);
+        }
+    }
+}
+
+// What a row's receivers gather: clusters and pairs apart, so that the order of either never changes.
+typedef struct sss_bem__sums
+{
+    float far_light[3][SSS_BEM__LANES];
+    float near_light[3][SSS_BEM__LANES];
+} sss_bem__sums;
+
+static void sss_bem__add_links(const sss_bem *b, const sss_bem__link *links, const sss_bem__link_factor *factors,
+                               size_t count, sss_bem__sums *sums)
+{
+    size_t k;
+    int c, lane;
+    for (c = 0; c < 3; c++)
+    {
+        float light[SSS_BEM__LANES]; // a local sum stays in registers
+        memcpy(light, sums->far_light[c], sizeof light);
+        for (k = 0; k < count; k++)
+        {
+            const float power = b->power[links[k].node][c];
+            for (lane = 0; lane < SSS_BEM__LANES; lane++)
+            {
+                light[lane] += power * factors[k][c][lane];
+            }
+        }
+        memcpy(sums->far_light[c], light, sizeof light);
+    }
+}
+
+static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__pair *pairs, const sss_bem__pair_factor factors,
+                               size_t count, sss_bem__sums *sums)
+{
+    size_t k;
+    int c;
+    for (k = 0; k < count; k++)
+    {
+        const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[pairs[k].node].triangle];
+        for (c = 0; c < 3; c++)
+        {
+            sums->near_light[c][pairs[k].lane] +=
+                E[0][c] * factors[0][c][k] + E[1][c] * factors[1][c][k] + E[2][c] * factors[2][c][k];
+        }
+    }
+}
+
+static void sss_bem__scale_sums(const sss_bem *b, const sss_bem__sums *sums, int lane, float out[3])
+{
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        const double sum = (double)sums->far_light[c][lane] + (double)sums->near_light[c][lane];
+        out[c] = (float)(sum * b->irradiance_scale);
+    }
+}
+
+// ---- on the fly ----
+
+static void sss_bem__gather_row(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, sss_bem__sums *sums)
+{
+    sss_bem__walk walk;
+    sss_bem__link_factor link_factors[SSS_BEM__BATCH];
+    sss_bem__pair_factor pair_factors;
+    int more = 1;
+    memset(sums, 0, sizeof *sums);
+    sss_bem__start_walk(b, lanes, lane_count, 1, &walk);
+    while (more)
+    {
+        size_t done;
+        more = sss_bem__walk_on(&walk);
+        sss_bem__link_factors(b, lanes, walk.links, walk.link_count, link_factors);
+        sss_bem__add_links(b, walk.links, (const sss_bem__link_factor *)link_factors, walk.link_count, sums);
+        walk.link_count = 0;
+        for (done = 0; done + SSS_BEM__LANES <= walk.pair_count || (!more && done < walk.pair_count);
+             done += SSS_BEM__LANES)
+        {
+            const size_t left = walk.pair_count - done, count = sss_bem__at_most(left, SSS_BEM__LANES);
+            sss_bem__pair_factors(b, lanes, walk.pairs + done, count, pair_factors);
+            sss_bem__add_pairs(b, walk.pairs + done, (const float (*)[3][SSS_BEM__LANES])pair_factors, count, sums);
+        }
+        if (done < walk.pair_count) // an incomplete block waits for more
+        {
+            memmove(walk.pairs, walk.pairs + done, (walk.pair_count - done) * sizeof *walk.pairs);
+        }
+        walk.pair_count = done < walk.pair_count ? walk.pair_count - done : 0;
+    }
+}
+
+// ---- checks ----
+
+static int sss_bem__valid_profile(const sss_profile *p)
+{
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        const double most = 1e300;
+        if (!sss_bem__in_range(p->alpha_p[c], 0.0, 1.0) || !sss_bem__in_range(p->sigma_tr[c], 0.0, most)
+            || !sss_bem__in_range(p->z_r[c], 0.0, most) || !sss_bem__in_range(p->z_v[c], 0.0, most)
+            || (p->alpha_p[c] > 0.0 && !(p->z_r[c] > 0.0 && p->z_v[c] > 0.0)))
+        {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static int sss_bem__has_path(sss_bem_path path)
+{
+    switch (path)
+    {
+    case SSS_BEM_PATH_AUTO:
+    case SSS_BEM_PATH_PORTABLE: return 1;
+    case SSS_BEM_PATH_AVX2:
+#if defined(SSS_BEM__AVX2)
+        return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+#else
+        return 0;
+#endif
+    case SSS_BEM_PATH_AVX512:
+#if defined(SSS_BEM__AVX512)
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+               && __builtin_cpu_supports("fma");
+#else
+        return 0;
+#endif
+    }
+    return 0;
+}
+
+static sss_result sss_bem__check_mesh(const sss_mesh *mesh)
+{
+    size_t i;
+    if (mesh == NULL || mesh->positions == NULL || mesh->triangles == NULL
+        || !sss_bem__in_range(mesh->mm_per_unit, 1e-100, 1e100))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (mesh->vertex_count == 0 || mesh->triangle_count == 0)
+    {
+        return SSS_ERROR_EMPTY;
+    }
+    if (mesh->vertex_count > UINT32_MAX - 64 || mesh->triangle_count > UINT32_MAX / 3
+        || mesh->triangle_count > SIZE_MAX / (4 * sizeof(sss_bem__node)))
+    {
+        return SSS_ERROR_OVERFLOW;
+    }
+    if (!sss_bem__all_finite(mesh->positions, 3 * mesh->vertex_count)
+        || (mesh->normals != NULL && !sss_bem__all_finite(mesh->normals, 3 * mesh->vertex_count)))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3 * mesh->triangle_count; i++)
+    {
+        if (mesh->triangles[i] >= mesh->vertex_count)
+        {
+            return SSS_ERROR_INDEX;
+        }
+    }
+    return SSS_OK;
+}
+
+// Options as given, with defaults filled in. 0 where one is out of range.
+static int sss_bem__resolve(const sss_bem_options *given, size_t triangle_count, sss_bem_options *out)
+{
+    static const sss_bem_options none = {0.0, 0.0, 0.0, 0.0, 0.0, 0, SSS_BEM_ORACLE_CONTRIBUTION, SSS_BEM_PATH_AUTO, 0};
+    *out = given != NULL ? *given : none;
+    out->tolerance = out->tolerance == 0.0 ? 1e-2 : out->tolerance;
+    out->guard = out->guard == 0.0 ? 0.25 : out->guard;
+    out->planarity = out->planarity == 0.0 ? 0.7 : out->planarity;
+    if (!sss_bem__in_range(out->tolerance, 1e-4, 0.5) || !sss_bem__finite(out->guard) || out->guard > 1.0
+        || !sss_bem__in_range(out->planarity, 0.0, 1.0) || !sss_bem__in_range(out->epsilon_1, 0.0, 100.0)
+        || !sss_bem__in_range(out->epsilon_2, 0.0, 100.0) || (int)out->oracle < 0
+        || out->oracle > SSS_BEM_ORACLE_SOLID_ANGLE || !sss_bem__has_path(out->path)
+        || sss_bem__count_nodes(triangle_count, out->base_triangle_count) == 0)
+    {
+        return 0;
+    }
+    if (out->path == SSS_BEM_PATH_AUTO)
+    {
+        out->path = sss_bem__has_path(SSS_BEM_PATH_AVX512) ? SSS_BEM_PATH_AVX512
+                    : sss_bem__has_path(SSS_BEM_PATH_AVX2) ? SSS_BEM_PATH_AVX2
+                                                           : SSS_BEM_PATH_PORTABLE;
+    }
+    return 1;
+}
+
+// ---- geometry ----
+
+static void sss_bem__normalize(const double n[3], float out[3])
+{
+    const double most = sss_bem__max(fabs(n[0]), sss_bem__max(fabs(n[1]), fabs(n[2])));
+    double v[3], length;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        v[i] = most > 0.0 ? n[i] / most : i == 2 ? 1.0 : 0.0; // no direction: (0, 0, 1)
+    }
+    length = sss_bem__length(v);
+    for (i = 0; i < 3; i++)
+    {
+        out[i] = (float)(v[i] / length);
+    }
+}
+
+// Adds each triangle's normal, weighted by its angle, to its corners.   sums [V][3]
+static void sss_bem__sum_normals(const sss_bem *b, double (*sums)[3])
+{
+    size_t t;
+    int k, i;
+    memset(sums, 0, b->vertex_count * sizeof *sums);
+    for (t = 0; t < b->triangle_count; t++)
+    {
+        const uint32_t *v = b->triangle + 3 * t;
+        for (k = 0; k < 3; k++)
+        {
+            const float *x = b->position[v[k]], *y = b->position[v[(k + 1) % 3]], *z = b->position[v[(k + 2) % 3]];
+            double e[3], f[3], cross[3], length, angle;
+            for (i = 0; i < 3; i++)
+            {
+                e[i] = (double)y[i] - (double)x[i];
+                f[i] = (double)z[i] - (double)x[i];
+            }
+            sss_bem__cross(e, f, cross);
+            length = sss_bem__length(cross);
+            angle = atan2(length, sss_bem__dot(e, f));
+            for (i = 0; i < 3 && length > 0.0; i++)
+            {
+                sums[v[k]][i] += angle * cross[i] / length;
+            }
+        }
+    }
+}
+
+// Normals of unit length, given ones where there are any. sums is scratch.
+static void sss_bem__set_normals(sss_bem *b, const float *normals, double (*sums)[3])
+{
+    size_t v;
+    int summed = 0;
+    for (v = 0; v < b->vertex_count; v++)
+    {
+        double n[3] = {0.0, 0.0, 0.0};
+        if (normals != NULL)
+        {
+            n[0] = (double)normals[3 * v];
+            n[1] = (double)normals[3 * v + 1];
+            n[2] = (double)normals[3 * v + 2];
+        }
+        if (n[0] == 0.0 && n[1] == 0.0 && n[2] == 0.0)
+        {
+            if (!summed)
+            {
+                sss_bem__sum_normals(b, sums);
+                summed = 1;
+            }
+            memcpy(n, sums[v], sizeof n);
+        }
+        sss_bem__normalize(n, b->normal[v]);
+    }
+}
+
+static void sss_bem__set_positions(sss_bem *b, const float *positions)
+{
+    size_t v;
+    int i;
+    for (v = 0; v < b->vertex_count; v++)
+    {
+        for (i = 0; i < 3; i++)
+        {
+            b->position[v][i] = (float)(((double)positions[3 * v + (size_t)i] - b->center[i]) * b->scale);
+        }
+    }
+}
+
+static void sss_bem__frame_mesh(sss_bem *b, const float *positions)
+{
+    double low[3], high[3], diagonal;
+    size_t v;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        low[i] = high[i] = (double)positions[i];
+        for (v = 1; v < b->vertex_count; v++)
+        {
+            low[i] = sss_bem__min(low[i], (double)positions[3 * v + (size_t)i]);
+            high[i] = sss_bem__max(high[i], (double)positions[3 * v + (size_t)i]);
+        }
+        b->center[i] = 0.5 * (low[i] + high[i]);
+        high[i] -= low[i];
+    }
+    diagonal = sss_bem__length(high);
+    b->scale = diagonal > 0.0 ? 1.0 / diagonal : 1.0;
+}
+
+// Brings everything that depends on positions and normals up to date, and stamps what changed.
+static void sss_bem__lanes_task(void *context, size_t begin, size_t end)
+{
+    sss_bem *b = (sss_bem *)context;
+    size_t row;
+    for (row = begin; row < end; row++)
+    {
+        const sss_bem__lanes before = b->lanes[row];
+        sss_bem__fill_lanes(b, row);
+        if (memcmp(&before, &b->lanes[row], sizeof before) != 0)
+        {
+            b->rows[row].moved = b->generation;
+        }
+    }
+}
+
+static void sss_bem__refit(sss_bem *b)
+{
+    sss_bem__parallel(&b->hooks, b->row_count, sss_bem__lanes_task, b);
+    sss_bem__go_up(b, sss_bem__refit_node);
+    sss_bem__go_up(b, sss_bem__pull_node);
+}
+
+// ---- creation ----
+
+static void *sss_bem__own(sss_bem *b, size_t count, size_t size)
+{
+    b->bytes += count * size;
+    return sss_bem__allocate(&b->hooks, count, size);
+}
+
+static sss_result sss_bem__allocate_all(sss_bem *b)
+{
+    const size_t V = b->vertex_count, T = b->triangle_count, N = b->node_count, R = b->row_count;
+    b->nodes = (sss_bem__node *)sss_bem__own(b, N, sizeof *b->nodes);
+    b->power = (float (*)[4])sss_bem__own(b, N, sizeof *b->power);
+    b->area_vector = (float (*)[3])sss_bem__own(b, N, sizeof *b->area_vector);
+    b->box = (float (*)[6])sss_bem__own(b, N, sizeof *b->box);
+    b->position = (float (*)[3])sss_bem__own(b, V, sizeof *b->position);
+    b->normal = (float (*)[3])sss_bem__own(b, V, sizeof *b->normal);
+    b->triangle = (uint32_t *)sss_bem__own(b, T, 3 * sizeof *b->triangle);
+    b->corners = (sss_bem__corners *)sss_bem__own(b, T, sizeof *b->corners);
+    b->corner_E = (float (*)[3][3])sss_bem__own(b, T, sizeof *b->corner_E);
+    b->rows = (sss_bem__row *)sss_bem__own(b, R, sizeof *b->rows);
+    b->lanes = (sss_bem__lanes *)sss_bem__own(b, R, sizeof *b->lanes);
+    b->row_of_vertex = (uint32_t *)sss_bem__own(b, V, sizeof *b->row_of_vertex);
+    if (!b->nodes || !b->power || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
+        || !b->corners || !b->corner_E || !b->rows || !b->lanes || !b->row_of_vertex)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    memset(b->nodes, 0, N * sizeof *b->nodes);
+    memset(b->power, 0, N * sizeof *b->power);
+    memset(b->rows, 0, R * sizeof *b->rows);
+    memset(b->lanes, 0, R * sizeof *b->lanes);
+    memset(b->corners, 0, T * sizeof *b->corners);
+    memset(b->corner_E, 0, T * sizeof *b->corner_E);
+    return SSS_OK;
+}
+
+static sss_result sss_bem__fill(sss_bem *b, const sss_mesh *mesh)
+{
+    double (*sums)[3] = (double (*)[3])sss_bem__allocate(&b->hooks, b->vertex_count, sizeof *sums);
+    uint32_t *order = (uint32_t *)sss_bem__allocate(&b->hooks, b->vertex_count, sizeof *order);
+    sss_result result = sums != NULL && order != NULL ? SSS_OK : SSS_ERROR_OUT_OF_MEMORY;
+    size_t v;
+    if (result == SSS_OK)
+    {
+        memcpy(b->triangle, mesh->triangles, 3 * b->triangle_count * sizeof *b->triangle);
+        sss_bem__frame_mesh(b, mesh->positions);
+        sss_bem__set_positions(b, mesh->positions);
+        sss_bem__set_normals(b, mesh->normals, sums);
+        sss_bem__set_model(b);
+        sss_bem__plan_reach(b);
+        for (v = 0; v < b->vertex_count; v++)
+        {
+            order[v] = (uint32_t)v;
+        }
+        sss_bem__make_rows(b, order);
+        result = sss_bem__build_tree(b);
+    }
+    sss_bem__release(&b->hooks, order);
+    sss_bem__release(&b->hooks, sums);
+    if (result == SSS_OK)
+    {
+        sss_bem__refit(b);
+    }
+    return result;
+}
+
+SSS_BEM_API sss_result sss_bem_create(const sss_mesh *mesh, const sss_profile *profile, const sss_bem_options *options,
+                                      const sss_hooks *hooks, sss_bem **out)
+{
+    sss_hooks h = {NULL, NULL, NULL, NULL, NULL};
+    sss_bem_options resolved;
+    sss_bem *b;
+    sss_result result = sss_bem__check_mesh(mesh);
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    if (hooks != NULL)
+    {
+        h = *hooks;
+    }
+    if (out == NULL || profile == NULL || !sss_bem__valid_profile(profile)
+        || !sss_bem__resolve(options, mesh->triangle_count, &resolved) || (h.allocate != NULL && h.release == NULL))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    b = (sss_bem *)sss_bem__allocate(&h, 1, sizeof *b);
+    if (b == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    memset(b, 0, sizeof *b);
+    b->hooks = h;
+    b->options = resolved;
+    b->profile = *profile;
+    b->mm_per_unit = mesh->mm_per_unit;
+    b->irradiance_scale = 0.0;
+    b->predicted_error = -1.0;
+    b->generation = 1;
+    b->bytes = sizeof *b;
+    b->vertex_count = mesh->vertex_count;
+    b->triangle_count = mesh->triangle_count;
+    b->node_count = sss_bem__count_nodes(mesh->triangle_count, resolved.base_triangle_count);
+    b->row_count = (mesh->vertex_count + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
+    result = sss_bem__allocate_all(b);
+    result = result == SSS_OK ? sss_bem__fill(b, mesh) : result;
+    if (result != SSS_OK)
+    {
+        sss_bem_free(b);
+        return result;
+    }
+    *out = b;
+    return SSS_OK;
+}
+
+SSS_BEM_API void sss_bem_unlink(sss_bem *bem)
+{
+    size_t row;
+    for (row = 0; bem != NULL && bem->rows != NULL && row < bem->row_count; row++)
+    {
+        sss_bem__release(&bem->hooks, bem->rows[row].data);
+        bem->rows[row].data = NULL;
+        bem->rows[row].capacity = bem->rows[row].link_count = bem->rows[row].pair_count = 0;
+        bem->rows[row].stamp = 0;
+    }
+}
+
+SSS_BEM_API void sss_bem_free(sss_bem *bem)
+{
+    if (bem != NULL)
+    {
+        const sss_hooks hooks = bem->hooks;
+        void *const parts[] = {bem->nodes,    bem->power,    bem->area_vector, bem->box,  bem->position,
+                               bem->normal,   bem->triangle, bem->corners,     bem->rows, bem->corner_E,
+                               bem->lanes,    bem->chunks,   bem->top,         bem->row_of_vertex};
+        size_t i;
+        sss_bem_unlink(bem);
+        for (i = 0; i < sizeof parts / sizeof parts[0]; i++)
+        {
+            sss_bem__release(&hooks, parts[i]);
+        }
+        sss_bem__release(&hooks, bem);
+    }
+}
+
+// ---- light, geometry, material ----
+
+SSS_BEM_API sss_result sss_bem_set_irradiance(sss_bem *bem, sss_bem_elements elements, const float *irradiance)
+{
+    size_t count, t, i;
+    float largest = 0.0f, over;
+    int k, c;
+    if (bem == NULL || irradiance == NULL || (elements != SSS_BEM_VERTICES && elements != SSS_BEM_TRIANGLES))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    count = elements == SSS_BEM_VERTICES ? bem->vertex_count : bem->triangle_count;
+    if (!sss_bem__all_finite(irradiance, 3 * count))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (i = 0; i < 3 * count; i++)
+    {
+        largest = fabsf(irradiance[i]) > largest ? fabsf(irradiance[i]) : largest;
+    }
+    bem->irradiance_scale = (double)largest;
+    over = largest > 0.0f ? 1.0f / largest : 0.0f;
+    if (!sss_bem__finite((double)over)) // denormal light
+    {
+        over = 0.0f;
+    }
+    for (t = 0; t < bem->triangle_count; t++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            const size_t e = elements == SSS_BEM_VERTICES ? bem->triangle[3 * t + (size_t)k] : t;
+            for (c = 0; c < 3; c++)
+            {
+                bem->corner_E[t][k][c] = irradiance[3 * e + (size_t)c] * over;
+            }
+        }
+    }
+    sss_bem__go_up(bem, sss_bem__pull_node);
+    bem->predicted_error = -1.0;
+    return SSS_OK;
+}
+
+SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions, const float *normals)
+{
+    double (*sums)[3];
+    if (bem == NULL || positions == NULL || !sss_bem__all_finite(positions, 3 * bem->vertex_count)
+        || (normals != NULL && !sss_bem__all_finite(normals, 3 * bem->vertex_count)))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (bem->generation == UINT32_MAX)
+    {
+        return SSS_ERROR_OVERFLOW;
+    }
+    sums = (double (*)[3])sss_bem__allocate(&bem->hooks, bem->vertex_count, sizeof *sums);
+    if (sums == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    bem->generation++;
+    sss_bem__set_positions(bem, positions);
+    sss_bem__set_normals(bem, normals, sums);
+    sss_bem__release(&bem->hooks, sums);
+    sss_bem__refit(bem);
+    bem->predicted_error = -1.0;
+    return SSS_OK;
+}
+
+SSS_BEM_API sss_result sss_bem_set_profile(sss_bem *bem, const sss_profile *profile)
+{
+    size_t i;
+    if (bem == NULL || profile == NULL || !sss_bem__valid_profile(profile))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    if (bem->generation == UINT32_MAX)
+    {
+        return SSS_ERROR_OVERFLOW;
+    }
+    bem->generation++;
+    bem->profile = *profile;
+    sss_bem__set_model(bem);
+    sss_bem__plan_reach(bem);
+    for (i = 0; i < bem->node_count; i++)
+    {
+        bem->nodes[i].stamp = bem->generation;
+    }
+    bem->predicted_error = -1.0;
+    return SSS_OK;
+}
+
+// ---- running all rows ----
+
+typedef struct sss_bem__job
+{
+    const sss_bem *bem;
+    float *radiosity;
+    size_t first;
+    void (*row)(const sss_bem *b, size_t row, float *radiosity);
+} sss_bem__job;
+
+static void sss_bem__write_row(const sss_bem *b, size_t row, const sss_bem__sums *sums, float *radiosity)
+{
+    const sss_bem__row *r = &b->rows[row];
+    uint32_t lane;
+    for (lane = 0; lane < r->count; lane++)
+    {
+        sss_bem__scale_sums(b, sums, (int)lane, radiosity + 3 * (size_t)r->vertex[lane]);
+    }
+}
+
+static void sss_bem__shade_row(const sss_bem *b, size_t row, float *radiosity)
+{
+    sss_bem__sums sums;
+    sss_bem__gather_row(b, &b->lanes[row], b->rows[row].count, &sums);
+    sss_bem__write_row(b, row, &sums, radiosity);
+}
+
+static void sss_bem__job_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__job *job = (const sss_bem__job *)context;
+    size_t k;
+    for (k = begin; k < end; k++)
+    {
+        job->row(job->bem, job->first + k, job->radiosity);
+    }
+}
+
+// All rows. With hooks.progress in slabs, into a copy, so that a cancelled run leaves radiosity untouched.
+static sss_result sss_bem__run_rows(const sss_bem *b, void (*row)(const sss_bem *b, size_t row, float *radiosity),
+                                    float *radiosity)
+{
+    const size_t slab = b->hooks.progress != NULL ? b->row_count / 64 + 1 : b->row_count;
+    sss_bem__job job;
+    job.bem = b;
+    job.row = row;
+    job.radiosity = radiosity;
+    if (b->hooks.progress != NULL)
+    {
+        job.radiosity = (float *)sss_bem__allocate(&b->hooks, b->vertex_count, 3 * sizeof(float));
+        if (job.radiosity == NULL)
+        {
+            return SSS_ERROR_OUT_OF_MEMORY;
+        }
+    }
+    for (job.first = 0; job.first < b->row_count; job.first += slab)
+    {
+        const size_t left = b->row_count - job.first;
+        sss_bem__parallel(&b->hooks, left < slab ? left : slab, sss_bem__job_task, &job);
+        if (b->hooks.progress != NULL
+            && b->hooks.progress(b->hooks.user, (double)(left < slab ? b->row_count : job.first + slab)
+                                                    / (double)b->row_count))
+        {
+            sss_bem__release(&b->hooks, job.radiosity);
+            return SSS_ERROR_CANCELLED;
+        }
+    }
+    if (job.radiosity != radiosity)
+    {
+        memcpy(radiosity, job.radiosity, 3 * b->vertex_count * sizeof *radiosity);
+        sss_bem__release(&b->hooks, job.radiosity);
+    }
+    return SSS_OK;
+}
+
+SSS_BEM_API sss_result sss_bem_shade(const sss_bem *bem, float *radiosity)
+{
+    if (bem == NULL || radiosity == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    return sss_bem__run_rows(bem, sss_bem__shade_row, radiosity);
+}
+
+SSS_BEM_API sss_result sss_bem_shade_rows(const sss_bem *bem, size_t begin, size_t end, float *radiosity)
+{
+    size_t row;
+    if (bem == NULL || radiosity == NULL || begin > end || end > bem->row_count
+        || bem->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (row = begin; row < end; row++)
+    {
+        sss_bem__shade_row(bem, row, radiosity);
+    }
+    return SSS_OK;
+}
+
+// ---- receivers anywhere ----
+
+typedef struct sss_bem__points
+{
+    const sss_bem *bem;
+    const float *positions, *normals;
+    size_t count;
+    float *radiosity;
+} sss_bem__points;
+
+static void sss_bem__points_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__points *p = (const sss_bem__points *)context;
+    size_t group;
+    int lane, i;
+    for (group = begin; group < end; group++)
+    {
+        const size_t first = group * SSS_BEM__LANES, left = p->count - first;
+        const size_t count = sss_bem__at_most(left, SSS_BEM__LANES);
+        sss_bem__lanes lanes;
+        sss_bem__sums sums;
+        for (lane = 0; lane < SSS_BEM__LANES; lane++)
+        {
+            const size_t k = first + ((size_t)lane < count ? (size_t)lane : count - 1);
+            double n[3];
+            float unit[3];
+            for (i = 0; i < 3; i++)
+            {
+                n[i] = (double)p->normals[3 * k + (size_t)i];
+                lanes.x[i][lane] =
+                    (float)(((double)p->positions[3 * k + (size_t)i] - p->bem->center[i]) * p->bem->scale);
+            }
+            sss_bem__normalize(n, unit);
+            for (i = 0; i < 3; i++)
+            {
+                lanes.n[i][lane] = unit[i];
+            }
+        }
+        sss_bem__gather_row(p->bem, &lanes, count, &sums);
+        for (lane = 0; (size_t)lane < count; lane++)
+        {
+            sss_bem__scale_sums(p->bem, &sums, lane, p->radiosity + 3 * (first + (size_t)lane));
+        }
+    }
+}
+
+SSS_BEM_API sss_result sss_bem_gather(const sss_bem *bem, const float *positions, const float *normals, size_t count,
+                                      float *radiosity)
+{
+    sss_bem__points points;
+    size_t k;
+    if (bem == NULL || positions == NULL || normals == NULL || radiosity == NULL
+        || count > SIZE_MAX / (3 * sizeof(float)) || bem->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION
+        || !sss_bem__all_finite(positions, 3 * count)
+        || !sss_bem__all_finite(normals, 3 * count))
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    for (k = 0; k < count; k++)
+    {
+        if (normals[3 * k] == 0.0f && normals[3 * k + 1] == 0.0f && normals[3 * k + 2] == 0.0f)
+        {
+            return SSS_ERROR_INVALID_ARGUMENT;
+        }
+    }
+    points.bem = bem;
+    points.positions = positions;
+    points.normals = normals;
+    points.count = count;
+    points.radiosity = radiosity;
+    sss_bem__parallel(&bem->hooks, (count + SSS_BEM__LANES - 1) / SSS_BEM__LANES, sss_bem__points_task, &points);
+    return SSS_OK;
+}
+
+// ---- stored links: render and incremental mode, 5.5 ----
+// A row's data: links, their factors, pairs, their factors in blocks.
+
+typedef struct sss_bem__stored
+{
+    sss_bem__link *links;
+    sss_bem__link_factor *link_factors;
+    sss_bem__pair *pairs;
+    sss_bem__pair_factor *pair_factors; // [blocks]
+} sss_bem__stored;
+
+static size_t sss_bem__blocks(size_t pair_count)
+{
+    return (pair_count + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
+}
+
+static size_t sss_bem__stored_bytes(size_t link_count, size_t pair_count)
+{
+    return link_count * (sizeof(sss_bem__link) + sizeof(sss_bem__link_factor)) + pair_count * sizeof(sss_bem__pair)
+           + sss_bem__blocks(pair_count) * sizeof(sss_bem__pair_factor);
+}
+
+static sss_bem__stored sss_bem__open(unsigned char *data, size_t link_count, size_t pair_count)
+{
+    sss_bem__stored s;
+    s.link_factors = (sss_bem__link_factor *)(void *)data;
+    data += link_count * sizeof *s.link_factors;
+    s.pair_factors = (sss_bem__pair_factor *)(void *)data;
+    data += sss_bem__blocks(pair_count) * sizeof *s.pair_factors;
+    s.links = (sss_bem__link *)(void *)data;
+    data += link_count * sizeof *s.links;
+    s.pairs = (sss_bem__pair *)(void *)data;
+    return s;
+}
+
+static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
+{
+    const sss_bem__row *r = &b->rows[row];
+    sss_bem__stored s;
+    sss_bem__sums sums;
+    size_t done;
+    if (r->data == NULL)
+    {
+        sss_bem__shade_row(b, row, radiosity);
+        return;
+    }
+    s = sss_bem__open(r->data, r->link_count, r->pair_count);
+    memset(&sums, 0, sizeof sums);
+    sss_bem__add_links(b, s.links, (const sss_bem__link_factor *)s.link_factors, r->link_count, &sums);
+    for (done = 0; done < r->pair_count; done += SSS_BEM__LANES)
+    {
+        const size_t left = r->pair_count - done;
+        sss_bem__add_pairs(b, s.pairs + done,
+                           (const float (*)[3][SSS_BEM__LANES])s.pair_factors[done / SSS_BEM__LANES],
+                           sss_bem__at_most(left, SSS_BEM__LANES), &sums);
+    }
+    sss_bem__write_row(b, row, &sums, radiosity);
+}
+
+SSS_BEM_API sss_result sss_bem_render(const sss_bem *bem, float *radiosity)
+{
+    if (bem == NULL || radiosity == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    return sss_bem__run_rows(bem, sss_bem__render_row, radiosity);
+}
+
+// What a pending row needs: the counts of its new links and pairs, and how many factors have to be computed.
+typedef struct sss_bem__plan
+{
+    size_t row;
+    size_t link_count, pair_count;
+    size_t work;          // factors
+    unsigned char *data;  // new, or NULL: in place
+    int same;             // the lists stay as they are
+} sss_bem__plan;
+
+// A factor is kept where neither its cluster nor its row changed since the row was brought up to date.
+static int sss_bem__keeps(const sss_bem *b, const sss_bem__row *r, uint32_t node)
+{
+    return r->data != NULL && r->moved <= r->stamp && b->nodes[node].stamp <= r->stamp;
+}
+
+// Old and new lists ascend, so that they are compared in one pass; the cursors stand in the old ones.
+typedef struct sss_bem__matcher
+{
+    const sss_bem__row *row;
+    sss_bem__stored old;
+    size_t link, pair;
+} sss_bem__matcher;
+
+static void sss_bem__start_matching(const sss_bem__row *r, sss_bem__matcher *m)
+{
+    memset(m, 0, sizeof *m);
+    m->row = r;
+    if (r->data != NULL)
+    {
+        m->old = sss_bem__open(r->data, r->link_count, r->pair_count);
+    }
+}
+
+// Index of the same link in the old list, SIZE_MAX where there is none.
+static size_t sss_bem__match_link(sss_bem__matcher *m, sss_bem__link link)
+{
+    const size_t count = m->row->data != NULL ? m->row->link_count : 0;
+    while (m->link < count && m->old.links[m->link].node < link.node)
+    {
+        m->link++;
+    }
+    return m->link < count && m->old.links[m->link].node == link.node && m->old.links[m->link].mask == link.mask
+               ? m->link
+               : SIZE_MAX;
+}
+
+static size_t sss_bem__match_pair(sss_bem__matcher *m, sss_bem__pair pair)
+{
+    const size_t count = m->row->data != NULL ? m->row->pair_count : 0;
+    while (m->pair < count && (m->old.pairs[m->pair].node < pair.node
+                               || (m->old.pairs[m->pair].node == pair.node && m->old.pairs[m->pair].lane < pair.lane)))
+    {
+        m->pair++;
+    }
+    return m->pair < count && m->old.pairs[m->pair].node == pair.node && m->old.pairs[m->pair].lane == pair.lane
+               ? m->pair
+               : SIZE_MAX;
+}
+
+static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
+{
+    const sss_bem__row *r = &b->rows[plan->row];
+    sss_bem__matcher matcher;
+    sss_bem__walk walk;
+    size_t k;
+    int more = 1;
+    plan->link_count = plan->pair_count = plan->work = 0;
+    plan->data = NULL;
+    plan->same = r->data != NULL;
+    sss_bem__start_matching(r, &matcher);
+    sss_bem__start_walk(b, &b->lanes[plan->row], r->count, 0, &walk);
+    while (more)
+    {
+        more = sss_bem__walk_on(&walk);
+        for (k = 0; k < walk.link_count; k++)
+        {
+            const size_t old = sss_bem__match_link(&matcher, walk.links[k]);
+            plan->same &= old == plan->link_count + k;
+            plan->work += old != SIZE_MAX && sss_bem__keeps(b, r, walk.links[k].node) ? 0 : r->count;
+        }
+        for (k = 0; k < walk.pair_count; k++)
+        {
+            const size_t old = sss_bem__match_pair(&matcher, walk.pairs[k]);
+            plan->same &= old == plan->pair_count + k;
+            plan->work += old != SIZE_MAX && sss_bem__keeps(b, r, walk.pairs[k].node) ? 0 : 1;
+        }
+        plan->link_count += walk.link_count;
+        plan->pair_count += walk.pair_count;
+        walk.link_count = walk.pair_count = 0;
+    }
+    plan->same &= plan->link_count == r->link_count && plan->pair_count == r->pair_count;
+}
+
+// Computes the factors of links[which[0 .. count-1]] into their places.
+static void sss_bem__fill_links(const sss_bem *b, const sss_bem__lanes *lanes, sss_bem__stored *s, const size_t *which,
+                                size_t count)
+{
+    sss_bem__link links[SSS_BEM__BATCH] = {{0, 0}};
+    sss_bem__link_factor factors[SSS_BEM__BATCH];
+    size_t k;
+    for (k = 0; k < count; k++)
+    {
+        links[k] = s->links[which[k]];
+    }
+    sss_bem__link_factors(b, lanes, links, count, factors);
+    for (k = 0; k < count; k++)
+    {
+        memcpy(s->link_factors[which[k]], factors[k], sizeof factors[k]);
+    }
+}
+
+static void sss_bem__copy_pair_factor(sss_bem__pair_factor from, size_t from_place, sss_bem__pair_factor to,
+                                      size_t to_place)
+{
+    int k, c;
+    for (k = 0; k < 3; k++)
+    {
+        for (c = 0; c < 3; c++)
+        {
+            to[k][c][to_place] = from[k][c][from_place];
+        }
+    }
+}
+
+static void sss_bem__fill_pairs(const sss_bem *b, const sss_bem__lanes *lanes, sss_bem__stored *s, const size_t *which,
+                                size_t count)
+{
+    sss_bem__pair pairs[SSS_BEM__LANES] = {{0, 0}};
+    sss_bem__pair_factor factors;
+    size_t k;
+    for (k = 0; k < count; k++)
+    {
+        pairs[k] = s->pairs[which[k]];
+    }
+    sss_bem__pair_factors(b, lanes, pairs, count, factors);
+    for (k = 0; k < count; k++)
+    {
+        sss_bem__copy_pair_factor(factors, k, s->pair_factors[which[k] / SSS_BEM__LANES], which[k] % SSS_BEM__LANES);
+    }
+}
+
+// Brings one row up to date, as planned: in place where its lists stay, else into its new data.
+static void sss_bem__update_row(sss_bem *b, const sss_bem__plan *plan)
+{
+    const sss_bem__row *r = &b->rows[plan->row];
+    const sss_bem__lanes *lanes = &b->lanes[plan->row];
+    sss_bem__stored s = sss_bem__open(plan->same ? r->data : plan->data, plan->link_count, plan->pair_count);
+    size_t links = 0, pairs = 0, link_wait = 0, pair_wait = 0, k;
+    size_t waiting_links[SSS_BEM__BATCH], waiting_pairs[SSS_BEM__LANES];
+    sss_bem__matcher matcher;
+    sss_bem__walk walk;
+    int more = 1;
+    sss_bem__start_matching(r, &matcher);
+    sss_bem__start_walk(b, lanes, r->count, 0, &walk);
+    while (more)
+    {
+        more = sss_bem__walk_on(&walk);
+        for (k = 0; k < walk.link_count; k++, links++)
+        {
+            const size_t old = sss_bem__match_link(&matcher, walk.links[k]);
+            s.links[links] = walk.links[k];
+            if (old == SIZE_MAX || !sss_bem__keeps(b, r, walk.links[k].node))
+            {
+                waiting_links[link_wait++] = links;
+            }
+            else if (!plan->same)
+            {
+                memcpy(s.link_factors[links], matcher.old.link_factors[old], sizeof s.link_factors[links]);
+            }
+            if (link_wait == SSS_BEM__BATCH)
+            {
+                sss_bem__fill_links(b, lanes, &s, waiting_links, link_wait);
+                link_wait = 0;
+            }
+        }
+        for (k = 0; k < walk.pair_count; k++, pairs++)
+        {
+            const size_t old = sss_bem__match_pair(&matcher, walk.pairs[k]);
+            s.pairs[pairs] = walk.pairs[k];
+            if (old == SIZE_MAX || !sss_bem__keeps(b, r, walk.pairs[k].node))
+            {
+                waiting_pairs[pair_wait++] = pairs;
+            }
+            else if (!plan->same)
+            {
+                sss_bem__copy_pair_factor(matcher.old.pair_factors[old / SSS_BEM__LANES], old % SSS_BEM__LANES,
+                                          s.pair_factors[pairs / SSS_BEM__LANES], pairs % SSS_BEM__LANES);
+            }
+            if (pair_wait == SSS_BEM__LANES)
+            {
+                sss_bem__fill_pairs(b, lanes, &s, waiting_pairs, pair_wait);
+                pair_wait = 0;
+            }
+        }
+        walk.link_count = walk.pair_count = 0;
+    }
+    sss_bem__fill_links(b, lanes, &s, waiting_links, link_wait);
+    if (pair_wait > 0)
+    {
+        sss_bem__fill_pairs(b, lanes, &s, waiting_pairs, pair_wait);
+    }
+}
+
+// Rows are planned and updated so many at a time, so that a budget can end between.
+enum
+{
+    SSS_BEM__ROWS_AT_ONCE = 128
+};
+
+typedef struct sss_bem__update
+{
+    sss_bem *bem;
+    sss_bem__plan plans[SSS_BEM__ROWS_AT_ONCE];
+} sss_bem__update;
+
+static void sss_bem__plan_task(void *context, size_t begin, size_t end)
+{
+    sss_bem__update *u = (sss_bem__update *)context;
+    size_t k;
+    for (k = begin; k < end; k++)
+    {
+        sss_bem__plan_row(u->bem, &u->plans[k]);
+    }
+}
+
+static void sss_bem__update_task(void *context, size_t begin, size_t end)
+{
+    sss_bem__update *u = (sss_bem__update *)context;
+    size_t k;
+    for (k = begin; k < end; k++)
+    {
+        sss_bem__update_row(u->bem, &u->plans[k]);
+    }
+}
+
+// Memory for the planned rows whose lists change. Returns how many rows, from the first on, can go ahead.
+static size_t sss_bem__allocate_rows(sss_bem__update *u, size_t count)
+{
+    size_t k;
+    for (k = 0; k < count; k++)
+    {
+        sss_bem__plan *plan = &u->plans[k];
+        if (!plan->same)
+        {
+            plan->data = (unsigned char *)sss_bem__allocate(
+                &u->bem->hooks, sss_bem__stored_bytes(plan->link_count, plan->pair_count), 1);
+            if (plan->data == NULL)
+            {
+                break;
+            }
+        }
+    }
+    return k;
+}
+
+static void sss_bem__finish_rows(sss_bem__update *u, size_t count)
+{
+    size_t k;
+    for (k = 0; k < count; k++)
+    {
+        sss_bem__row *r = &u->bem->rows[u->plans[k].row];
+        if (!u->plans[k].same)
+        {
+            sss_bem__release(&u->bem->hooks, r->data);
+            r->data = u->plans[k].data;
+            r->capacity = sss_bem__stored_bytes(u->plans[k].link_count, u->plans[k].pair_count);
+            r->link_count = u->plans[k].link_count;
+            r->pair_count = u->plans[k].pair_count;
+        }
+        r->stamp = u->bem->generation;
+    }
+}
+
+// Plans and updates pending rows of one kind, from the cursor on once around, until the budget is spent.
+//   moved_only  those whose own vertices moved: they are the most wrong
+static sss_result sss_bem__update_rows(sss_bem *b, int moved_only, size_t *budget)
+{
+    sss_bem__update u;
+    size_t visited = 0;
+    u.bem = b;
+    while (visited < b->row_count && *budget > 0)
+    {
+        size_t count = 0, ready, affordable;
+        for (; visited < b->row_count && count < SSS_BEM__ROWS_AT_ONCE; visited++)
+        {
+            const size_t row = (b->cursor + visited) % b->row_count;
+            const sss_bem__row *r = &b->rows[row];
+            if (r->stamp != b->generation && (!moved_only || r->moved > r->stamp))
+            {
+                u.plans[count++].row = row;
+            }
+        }
+        sss_bem__parallel(&b->hooks, count, sss_bem__plan_task, &u);
+        for (affordable = 0; affordable < count && *budget > 0; affordable++)
+        {
+            const size_t work = u.plans[affordable].work + 1;
+            *budget -= *budget < work ? *budget : work;
+        }
+        ready = sss_bem__allocate_rows(&u, affordable);
+        sss_bem__parallel(&b->hooks, ready, sss_bem__update_task, &u);
+        sss_bem__finish_rows(&u, ready);
+        if (ready < affordable)
+        {
+            return SSS_ERROR_OUT_OF_MEMORY;
+        }
+        if (affordable < count)
+        {
+            b->cursor = u.plans[affordable].row; // the next call goes on here
+        }
+    }
+    return SSS_OK;
+}
+
+static size_t sss_bem__pending(const sss_bem *b)
+{
+    size_t row, pending = 0;
+    for (row = 0; row < b->row_count; row++)
+    {
+        pending += b->rows[row].stamp != b->generation;
+    }
+    return pending;
+}
+
+SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pending)
+{
+    size_t left = budget == 0 ? SIZE_MAX : budget;
+    sss_result result;
+    if (bem == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    result = sss_bem__update_rows(bem, 1, &left);
+    if (result == SSS_OK)
+    {
+        result = sss_bem__update_rows(bem, 0, &left);
+    }
+    if (result == SSS_OK && pending != NULL)
+    {
+        *pending = sss_bem__pending(bem);
+    }
+    return result;
+}
+
+// ---- prediction of the error ----
+
+typedef struct sss_bem__trial
+{
+    const sss_bem *bem;    // as it is
+    const sss_bem *strict; // at a tenth of its tolerance
+    size_t count;          // rows
+    double (*sums)[2];     // [count]: squares of the error, of the light
+} sss_bem__trial;
+
+static void sss_bem__trial_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__trial *t = (const sss_bem__trial *)context;
+    size_t k;
+    for (k = begin; k < end; k++)
+    {
+        const size_t row = k * (t->bem->row_count / t->count) + k * (t->bem->row_count % t->count) / t->count;
+        sss_bem__sums loose, strict;
+        uint32_t lane;
+        int c;
+        sss_bem__gather_row(t->bem, &t->bem->lanes[row], t->bem->rows[row].count, &loose);
+        sss_bem__gather_row(t->strict, &t->bem->lanes[row], t->bem->rows[row].count, &strict);
+        t->sums[k][0] = t->sums[k][1] = 0.0;
+        for (lane = 0; lane < t->bem->rows[row].count; lane++)
+        {
+            for (c = 0; c < 3; c++)
+            {
+                const double a = (double)loose.far_light[c][lane] + (double)loose.near_light[c][lane];
+                const double b = (double)strict.far_light[c][lane] + (double)strict.near_light[c][lane];
+                t->sums[k][0] += (a - b) * (a - b);
+                t->sums[k][1] += b * b;
+            }
+        }
+    }
+}
+
+// Twice what was measured, because a sample may miss the worst; and what floats and the strict run itself may add.
+static double sss_bem__margin(double measured, double tolerance)
+{
+    return 2.0 * measured + 0.02 * tolerance;
+}
+
+SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double *error)
+{
+    sss_bem__trial trial;
+    sss_bem *strict;
+    double squares[2] = {0.0, 0.0};
+    size_t k;
+    if (bem == NULL || bem->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    trial.count = ((count == 0 ? 1024 : count) + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
+    trial.count = trial.count < bem->row_count ? trial.count : bem->row_count;
+    trial.sums = (double (*)[2])sss_bem__allocate(&bem->hooks, trial.count, sizeof *trial.sums);
+    strict = (sss_bem *)sss_bem__allocate(&bem->hooks, 1, sizeof *strict);
+    if (trial.sums == NULL || strict == NULL)
+    {
+        sss_bem__release(&bem->hooks, trial.sums);
+        sss_bem__release(&bem->hooks, strict);
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    *strict = *bem; // shares everything but the distances at which clusters are accepted
+    strict->options.tolerance *= 0.1;
+    sss_bem__plan_reach(strict);
+    trial.bem = bem;
+    trial.strict = strict;
+    sss_bem__parallel(&bem->hooks, trial.count, sss_bem__trial_task, &trial);
+    for (k = 0; k < trial.count; k++)
+    {
+        squares[0] += trial.sums[k][0];
+        squares[1] += trial.sums[k][1];
+    }
+    sss_bem__release(&bem->hooks, strict);
+    sss_bem__release(&bem->hooks, trial.sums);
+    bem->predicted_error =
+        sss_bem__margin(squares[1] > 0.0 ? sqrt(squares[0] / squares[1]) : 0.0, bem->options.tolerance);
+    if (error != NULL)
+    {
+        *error = bem->predicted_error;
+    }
+    return SSS_OK;
+}
+
+// ---- 4. Looking inside ----
+
+SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
+{
+    size_t row;
+    if (bem == NULL || out == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    memset(out, 0, sizeof *out);
+    out->tolerance = bem->options.tolerance;
+    out->guard = bem->options.guard;
+    out->epsilon_1 = bem->options.epsilon_1;
+    out->epsilon_2 = bem->options.epsilon_2;
+    out->planarity = bem->options.planarity;
+    out->predicted_error = bem->predicted_error >= 0.0 ? bem->predicted_error : bem->options.tolerance;
+    out->path_tolerance = bem->options.path == SSS_BEM_PATH_PORTABLE ? 0.0 : 1e-5;
+    out->oracle = bem->options.oracle;
+    out->path = bem->options.path;
+    out->triangle_count = bem->triangle_count;
+    out->vertex_count = bem->vertex_count;
+    out->cluster_count = bem->node_count;
+    out->depth = bem->depth;
+    out->row_count = bem->row_count;
+    for (row = 0; row < bem->row_count; row++)
+    {
+        out->link_count += bem->rows[row].link_count;
+        out->near_count += bem->rows[row].pair_count;
+        out->link_bytes += bem->rows[row].capacity;
+    }
+    out->pending_rows = sss_bem__pending(bem);
+    out->bytes = bem->bytes + out->link_bytes;
+    return SSS_OK;
+}
+
+SSS_BEM_API sss_result sss_bem_get_cluster(const sss_bem *bem, size_t index, sss_bem_cluster *out)
+{
+    const sss_bem__node *node;
+    double vector[3], area;
+    int i;
+    if (bem == NULL || out == NULL || index >= bem->node_count)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    node = &bem->nodes[index];
+    area = (double)node->area;
+    for (i = 0; i < 3; i++)
+    {
+        out->center[i] = (double)node->center[i] / bem->scale + bem->center[i];
+        vector[i] = (double)bem->area_vector[index][i];
+        out->irradiance[i] = area > 0.0 ? (double)bem->power[index][i] / area * bem->irradiance_scale : 0.0;
+    }
+    out->planarity = area > 0.0 ? sss_bem__min(1.0, sss_bem__length(vector) / area) : 0.0;
+    for (i = 0; i < 3; i++)
+    {
+        const double length = sss_bem__length(vector);
+        out->normal[i] = length > 0.0 ? vector[i] / length : 0.0;
+    }
+    out->radius = (double)node->radius / bem->scale;
+    out->area = area / (bem->scale * bem->scale) * bem->mm_per_unit * bem->mm_per_unit;
+    out->end = node->end;
+    out->triangle = node->triangle == UINT32_MAX ? SIZE_MAX : node->triangle;
+    return SSS_OK;
+}
+
+SSS_BEM_API sss_result sss_bem_get_links(const sss_bem *bem, size_t vertex, size_t *clusters, size_t capacity,
+                                         size_t *count)
+{
+    sss_bem__walk walk;
+    uint32_t row, lane = 0;
+    size_t k;
+    int more = 1;
+    if (bem == NULL || count == NULL || vertex >= bem->vertex_count
+        || bem->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    row = bem->row_of_vertex[vertex];
+    while (bem->rows[row].vertex[lane] != vertex)
+    {
+        lane++;
+    }
+    *count = 0;
+    sss_bem__start_walk(bem, &bem->lanes[row], bem->rows[row].count, 0, &walk);
+    while (more)
+    {
+        more = sss_bem__walk_on(&walk);
+        for (k = 0; k < walk.link_count + walk.pair_count; k++)
+        {
+            const size_t pair = k - walk.link_count;
+            const uint32_t mine = k < walk.link_count ? walk.links[k].mask >> lane & 1u
+                                                      : (uint32_t)(walk.pairs[pair].lane == lane);
+            if (mine && clusters != NULL && *count < capacity)
+            {
+                clusters[*count] = k < walk.link_count ? walk.links[k].node : walk.pairs[pair].node;
+            }
+            *count += mine;
+        }
+        walk.link_count = walk.pair_count = 0;
+    }
+    return SSS_OK;
+}
+
+// ---- the float path for one triangle ----
+
+SSS_BEM_API float sss_bem_form_factor_float(const float *corners, const float source[3], float z, float sigma)
+{
+    (void)corners; (void)source; (void)z; (void)sigma;
+    return 0.0f;
 }
 
 // ---- 5. GLSL ----
