@@ -14,6 +14,8 @@
 
 #define SSS_DIPOLE_IMPLEMENTATION
 #include "../sss_dipole.h"
+#define SSS_BEM_IMPLEMENTATION
+#include "../sss_bem.h"
 
 #include "../tests/common/reference.h"
 #include "common/camera.h"
@@ -101,8 +103,9 @@ static const char usage_after_materials[] =
     "method\n";
 
 static const char usage_after_methods[] =
-    "  --geometry distance|placed   where the dipole sits: by distance only, or at the receiver (distance)\n"
-    "  --tolerance T           relative L2 error allowed (0.001 direct, 0.01 auto)\n"
+    "  --geometry distance|placed   where the dipole sits: by distance only, or at the receiver (distance; bem\n"
+    "                          only places)\n"
+    "  --tolerance T           relative L2 error allowed (0.001 direct, 0.01 bem and auto)\n"
     "  --threads N             (all processors)\n"
     "output, at least one of\n"
     "  --out OUT.glb           mesh in the input's vertex order with COLOR_0 = radiosity, linear\n"
@@ -317,7 +320,6 @@ static void default_options(options *o)
 {
     memset(o, 0, sizeof *o);
     o->method = "direct";
-    o->geometry = "distance";
     o->exit = "paper";
     o->eta = o->size_mm = o->mm_per_unit = NAN;
     for (int k = 0; k < 3; ++k)
@@ -333,6 +335,26 @@ static void default_options(options *o)
     o->threads = threads_available();
 }
 
+// The method decides where the command line is silent; where it cannot do what that says, nothing is done.
+static int choose_geometry(bake *b)
+{
+    const char *const only = method_geometry(b->o.method);
+    if (!b->o.geometry)
+    {
+        b->o.geometry = only ? only : "distance";
+    }
+    if (strcmp(b->o.geometry, "distance") != 0 && strcmp(b->o.geometry, "placed") != 0)
+    {
+        return fail(b, "--geometry is distance or placed, not '%s'", b->o.geometry);
+    }
+    if (only && strcmp(b->o.geometry, only) != 0)
+    {
+        return fail(b, "--method %s knows --geometry %s only; for %s take --method direct", b->o.method, only,
+                    b->o.geometry);
+    }
+    return 0;
+}
+
 static int check_options(bake *b)
 {
     const options *const o = &b->o;
@@ -344,9 +366,9 @@ static int check_options(bake *b)
     {
         return fail(b, "there is no method '%s'", o->method);
     }
-    if (strcmp(o->geometry, "distance") != 0 && strcmp(o->geometry, "placed") != 0)
+    if (choose_geometry(b) != 0)
     {
-        return fail(b, "--geometry is distance or placed, not '%s'", o->geometry);
+        return -1;
     }
     if (strcmp(o->exit, "paper") != 0 && strcmp(o->exit, "conserving") != 0)
     {
@@ -589,6 +611,7 @@ static int run_method(bake *b)
     b->job.tolerance = o->tolerance;
     b->job.threads = o->threads;
     b->job.announce = 1;
+    b->job.report = o->report;
     const sss_dipole_scene scene = {.size_mm = b->size_mm, .area_mm2 = b->area_mm2, .spacing_mm = b->edge_mm,
                                     .pixel_mm = o->png ? b->size_mm / o->width : 0.0, .tolerance = o->tolerance};
     const sss_result advised = sss_dipole_needs(&b->profile, &scene, &b->job.advice);
@@ -698,7 +721,8 @@ static int compare_with_reference(bake *b)
             c.indices[i] = (size_t)((double)vertices * ((double)i + 0.5) / (double)c.count);
         }
         vertex_areas(&b->model, c.area);
-        const reference_options exact = {.geometry = b->job.geometry, .elements = SSS_DIPOLE_VERTICES};
+        const reference_options exact = {.geometry = b->job.geometry, .elements = SSS_DIPOLE_VERTICES,
+                                         .guard = b->result.guard};
         const int code = reference_radiosity_many(&b->mesh, &b->profile, b->irradiance, &exact, b->mesh.positions,
                                                   b->mesh.normals, c.indices, c.count, b->o.threads, c.B, c.error);
         status = code == 1 ? fail(b, "the reference ran out of memory") : 0;

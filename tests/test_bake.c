@@ -368,12 +368,143 @@ static void help_names_every_option(void)
     static const char *const wanted[] = {"--method", "--material", "--size-mm", "--light", "--out", "--png", "--dump",
                                          "--sigma-s", "--sigma-a", "--eta", "--albedo", "--mfp", "--no-shadows",
                                          "--irradiance", "--dump-irradiance", "--tolerance", "--threads", "--camera",
-                                         "--report", "--reference", "direct", "lambert"};
+                                         "--report", "--reference", "direct", "bem", "lambert"};
     CHECK_EQUAL(bake("--help"), 0);
     for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; ++i)
     {
         test_about("%s", wanted[i]);
         CHECK(strstr(g_said, wanted[i]) != NULL);
+    }
+}
+
+// ---- bem ----
+
+// A third of the area of the triangles at each vertex.
+static double *vertex_areas(const model *m)
+{
+    double *const area = (double *)calloc(m->vertex_count, sizeof *area);
+    for (size_t t = 0; t < m->triangle_count && area; ++t)
+    {
+        const uint32_t *const v = m->triangles + 3 * t;
+        double e[2][3];
+        for (size_t i = 0; i < 6; ++i)
+        {
+            e[i / 3][i % 3] = (double)m->positions[3 * v[1 + i / 3] + i % 3] - (double)m->positions[3 * v[0] + i % 3];
+        }
+        const double x = e[0][1] * e[1][2] - e[0][2] * e[1][1], y = e[0][2] * e[1][0] - e[0][0] * e[1][2],
+                     z = e[0][0] * e[1][1] - e[0][1] * e[1][0];
+        for (int c = 0; c < 3; ++c)
+        {
+            area[v[c]] += sqrt(x * x + y * y + z * z) / 6.0;
+        }
+    }
+    return area;
+}
+
+// The area-weighted L2 norm of a - b over that of b; a and b are dumps for MESH.
+static double rel_l2(const char *path_a, const char *path_b)
+{
+    char error[256] = "";
+    double off = 0.0, all = 0.0;
+    model m;
+    if (!CHECK(model_load(MESH, &m, error, sizeof error) == 0))
+    {
+        return (double)NAN;
+    }
+    double *const area = vertex_areas(&m);
+    float *const a = load_floats(path_a, 3 * m.vertex_count), *const b = load_floats(path_b, 3 * m.vertex_count);
+    for (size_t i = 0; i < 3 * m.vertex_count && area && a && b; ++i)
+    {
+        const double d = (double)a[i] - (double)b[i];
+        off += area[i / 3] * d * d;
+        all += area[i / 3] * (double)b[i] * (double)b[i];
+    }
+    free(area);
+    free(a);
+    free(b);
+    model_free(&m);
+    return sqrt(off / all);
+}
+
+static const char unsized[] = "--material marble --light 0.577,0.577,0.577 --no-shadows";
+
+static void bem_agrees_with_direct_placed(void)
+{   // At this size no source comes near another part of the surface, so that the guard has nothing to do.
+    static const double direct_tolerance = 1e-4, tolerances[] = {1e-2, 1e-3};
+    if (!CHECK_EQUAL(bake(MESH " %s --size-mm 400 --method direct --geometry placed --tolerance %g --dump " FOLDER
+                          "direct.f32", unsized, direct_tolerance), 0))
+    {
+        return;
+    }
+    for (size_t i = 0; i < 2; ++i)
+    {
+        test_about("tolerance %g", tolerances[i]);
+        if (CHECK_EQUAL(bake(MESH " %s --size-mm 400 --method bem --tolerance %g --dump " FOLDER "bem.f32", unsized,
+                             tolerances[i]), 0))
+        {
+            CHECK_BELOW(rel_l2(FOLDER "bem.f32", FOLDER "direct.f32"), tolerances[i] + direct_tolerance);
+        }
+    }
+    test_about("by distance"); // is another model, and must be told apart
+    if (CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method bem --dump " FOLDER "bem.f32", unsized), 0) &&
+        CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method direct --dump " FOLDER "direct.f32", unsized), 0))
+    {
+        CHECK(rel_l2(FOLDER "bem.f32", FOLDER "direct.f32") > 0.03);
+    }
+}
+
+static void bem_keeps_its_prediction(void)
+{   // Oracle: the converged integral with the same guard.
+    static const char *const keys[] = {"clusters", "rows", "path", "guard", "links", "relight_ms", "predicted_error"};
+    static const double tolerances[] = {0.1, 1e-2, 1e-3};
+    for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; ++i)
+    {
+        test_about("tolerance %g", tolerances[i]);
+        if (CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method bem --tolerance %g --report --reference 60", unsized,
+                             tolerances[i]), 0))
+        {
+            CHECK_BELOW(reported("rel_l2"), tolerances[i]);
+            // 60 vertices stand for all: what they show scatters by some 20 %.
+            CHECK_BELOW(reported("rel_l2") - reported("reference_error"), 1.2 * reported("predicted_error"));
+            CHECK_REL(reported("tolerance"), tolerances[i], 1e-5);
+        }
+    }
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; ++i)
+    {
+        test_about("%s", keys[i]);
+        CHECK(has_key(keys[i]));
+    }
+    test_about(NULL);
+    CHECK_BETWEEN(reported("relight_ms"), 1e-3, 1e5);
+}
+
+static void bem_threads_change_nothing(void)
+{
+    char one[1 << 16], three[1 << 16];
+    if (CHECK_EQUAL(bake(MESH " %s --method bem --threads 1 --dump " FOLDER "B1.f32", scene), 0) &&
+        CHECK_EQUAL(bake(MESH " %s --method bem --threads 3 --dump " FOLDER "B3.f32", scene), 0))
+    {
+        const size_t size = read_file(FOLDER "B1.f32", one, sizeof one);
+        CHECK(size > 100 && size == read_file(FOLDER "B3.f32", three, sizeof three) && memcmp(one, three, size) == 0);
+    }
+}
+
+static void auto_takes_the_least_that_does(void)
+{
+    static const struct
+    {
+        const char *what, *options, *method;
+    } choices[] = {{"by distance", "", "direct"},
+                   {"placed", "--geometry placed", "bem"},
+                   {"tighter than bem can", "--geometry placed --tolerance 3e-5", "direct"},
+                   {"so large that nothing shows", "--size-mm 1e7 --geometry placed", "lambert"}};
+    for (size_t i = 0; i < sizeof choices / sizeof choices[0]; ++i)
+    {
+        char line[64];
+        test_about("%s", choices[i].what);
+        snprintf(line, sizeof line, "\nmethod=%s\n", choices[i].method);
+        CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method auto --report %s", unsized, choices[i].options), 0);
+        CHECK(strstr(g_said, line) != NULL);
     }
 }
 
@@ -417,6 +548,9 @@ static void wrong_arguments_are_refused(void)
         {"negative scattering", MESH " --sigma-s -1,1,1 --sigma-a 0,0,0 --size-mm 10 --light 0,0,1"},
         {"eta 0", MESH " --material marble --eta 0 --size-mm 10 --light 0,0,1"},
         {"unknown method", MESH " --material marble --size-mm 10 --light 0,0,1 --method magic"},
+        {"bem by distance", MESH " --material marble --size-mm 10 --light 0,0,1 --method bem --geometry distance"},
+        {"bem below its tolerance", MESH " --material marble --size-mm 10 --light 0,0,1 --method bem --tolerance 2e-5"},
+        {"unknown geometry", MESH " --material marble --size-mm 10 --light 0,0,1 --geometry round"},
         {"unknown option", MESH " --material marble --size-mm 10 --light 0,0,1 --frobnicate 3"},
         {"option without value", MESH " --material marble --light 0,0,1 --size-mm"},
         {"no threads", MESH " --material marble --size-mm 10 --light 0,0,1 --threads 0"},
@@ -434,6 +568,14 @@ static void wrong_arguments_are_refused(void)
     {
         refuse(wrong[i][0], wrong[i][1]);
     }
+}
+
+static void bem_says_what_it_cannot_do(void)
+{
+    CHECK_EQUAL(bake(MESH " %s --method bem --geometry distance --report", scene), 2);
+    CHECK(strstr(g_complained, "placed") != NULL && strstr(g_complained, "--method direct") != NULL);
+    CHECK_EQUAL(bake(MESH " %s --method bem --tolerance 2e-5 --report", scene), 2);
+    CHECK(strstr(g_complained, "0.0001") != NULL && strstr(g_complained, "--method direct") != NULL);
 }
 
 static void an_output_that_cannot_be_written_leaves_none(void)
@@ -648,6 +790,11 @@ int main(int argc, char **argv)
                                       TEST(mesh_keeps_its_order_and_carries_the_radiosity),
                                       TEST(methods_and_geometries_differ_as_they_should),
                                       TEST(threads_change_nothing),
+                                      TEST(bem_agrees_with_direct_placed),
+                                      TEST(bem_keeps_its_prediction),
+                                      TEST(bem_threads_change_nothing),
+                                      TEST(auto_takes_the_least_that_does),
+                                      TEST(bem_says_what_it_cannot_do),
                                       TEST(materials_may_be_given_in_three_ways),
                                       TEST(report_names_everything),
                                       TEST(picture_is_a_png_of_the_asked_size),

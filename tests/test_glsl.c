@@ -6,6 +6,8 @@
 
 #define SSS_DIPOLE_IMPLEMENTATION
 #include "../sss_dipole.h"
+#define SSS_BEM_IMPLEMENTATION
+#include "../sss_bem.h"
 
 #include "../examples/common/gl_context.h"
 #include "common/test.h"
@@ -21,7 +23,8 @@ enum
     WIDTH = 64,
     HEIGHT = 64,
     COUNT = WIDTH * HEIGHT, // samples of one run: one a pixel
-    INPUTS = 3              // vec4 inputs of a sample
+    INPUTS = 3,             // vec4 inputs of a sample
+    CUBE_SIDE = 64          // texels along a face of the environment
 };
 
 static const char *const versions[] = {"330 core", "450 core", "300 es"};
@@ -40,6 +43,7 @@ static gl_context *g_context; // one for all tests: Mesa takes long to start
 static samples g_samples;
 static sss_dipole_glsl_uniforms g_uniforms;
 static float g_exposure = 1.0f;
+static GLuint g_environment; // a cube map whose texels hold their own directions, see make_environment
 
 // ---- running an expression over all samples ----
 
@@ -54,6 +58,41 @@ static GLuint make_texture(const gl_functions *gl, const float (*texels)[4])
     return texture;
 }
 
+// The direction of a point (s, t) in [-1, 1]^2 on a face, the largest component being 1: the table of section 8.13 of
+// the OpenGL 4.5 specification, solved for the direction.
+static void face_direction(size_t face, double s, double t, double out[3])
+{
+    const double sign = face % 2 ? -1.0 : 1.0;
+    const double directions[3][3] = {{sign, -t, -sign * s}, {s, sign, sign * t}, {sign * s, -t, sign}};
+    memcpy(out, directions[face / 2], 3 * sizeof *out);
+}
+
+// Linear on every face, so that filtering between texels is exact but at the edges of the cube.
+static void make_environment(const gl_functions *gl)
+{
+    static float texels[CUBE_SIDE][CUBE_SIDE][3];
+    gl->GenTextures(1, &g_environment);
+    gl->ActiveTexture(GL_TEXTURE0 + INPUTS + 1);
+    gl->BindTexture(GL_TEXTURE_CUBE_MAP, g_environment);
+    gl->TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    gl->TexParameteri(GL_TEXTURE_CUBE_MAP, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+    for (size_t face = 0; face < 6; ++face)
+    {
+        for (size_t i = 0; i < CUBE_SIDE * CUBE_SIDE; ++i)
+        {
+            double d[3];
+            face_direction(face, 2.0 * ((double)(i % CUBE_SIDE) + 0.5) / CUBE_SIDE - 1.0,
+                           2.0 * ((double)(i / CUBE_SIDE) + 0.5) / CUBE_SIDE - 1.0, d);
+            for (int k = 0; k < 3; ++k)
+            {
+                texels[i / CUBE_SIDE][i % CUBE_SIDE][k] = (float)d[k];
+            }
+        }
+        gl->TexImage2D(GL_TEXTURE_CUBE_MAP_POSITIVE_X + (GLenum)face, 0, GL_RGB32F, CUBE_SIDE, CUBE_SIDE, 0, GL_RGB,
+                       GL_FLOAT, texels);
+    }
+}
+
 static void set_uniforms(const gl_functions *gl, GLuint program)
 {
     static const char *const names[INPUTS] = {"input_a", "input_b", "input_c"};
@@ -61,6 +100,7 @@ static void set_uniforms(const gl_functions *gl, GLuint program)
     {
         gl->Uniform1i(gl->GetUniformLocation(program, names[i]), i);
     }
+    gl->Uniform1i(gl->GetUniformLocation(program, "sss_environment"), INPUTS + 1);
     gl->Uniform3fv(gl->GetUniformLocation(program, "sss_alpha_p"), 1, g_uniforms.alpha_p);
     gl->Uniform3fv(gl->GetUniformLocation(program, "sss_sigma_tr"), 1, g_uniforms.sigma_tr);
     gl->Uniform3fv(gl->GetUniformLocation(program, "sss_z_r"), 1, g_uniforms.z_r);
@@ -82,6 +122,7 @@ static GLuint build(const char *version, const char *expression)
                                     sss_dipole_glsl(SSS_DIPOLE_GLSL_FRESNEL),
                                     sss_dipole_glsl(SSS_DIPOLE_GLSL_PROFILE),
                                     sss_dipole_glsl(SSS_DIPOLE_GLSL_TONE_MAPPING),
+                                    sss_bem_glsl(SSS_BEM_GLSL_SHADE),
                                     "uniform sampler2D input_a; uniform sampler2D input_b; uniform sampler2D input_c;\n"
                                     "out vec4 result;\n"
                                     "void main()\n"
@@ -521,12 +562,136 @@ static void tone_map_is_the_documented_curve(void)
     CHECK_ABS((double)g_samples.out[0][2], 0.0, 0.0);                       // ... and -1 is black
 }
 
+// ---- radiosity, and what the surface mirrors: sss_bem.h ----
+
+// Normals and views all over the sphere, some below the horizon; radiosity and reflected light apart by channel.
+static void fill_surfaces(void)
+{
+    for (size_t i = 0; i < COUNT; ++i)
+    {
+        const double z[2] = {between(-1.0, 1.0, row(i)),
+                             between(-1.0, 1.0, (double)((i * 2654435761u) % COUNT) / COUNT)};
+        for (size_t v = 0; v < 2; ++v) // input 1: the normal, input 2: the view
+        {
+            const double phi = 6.2831853 * column(i) * (double)(v ? 3 : 1), s = sqrt(1.0 - z[v] * z[v]);
+            g_samples.in[v + 1][i][0] = (float)(s * cos(phi));
+            g_samples.in[v + 1][i][1] = (float)(s * sin(phi));
+            g_samples.in[v + 1][i][2] = (float)z[v];
+        }
+        for (size_t k = 0; k < 3; ++k)
+        {
+            g_samples.in[0][i][k] = (float)log_between(1e-3, 1e2, (double)((i * 40503u + 97u * k) % COUNT) / COUNT);
+            g_samples.in[k][i][3] = (float)((k + 1) * (i % 7)); // reflected light, some of it none
+        }
+    }
+}
+
+// Eq. 3 of Mertens et al. 2003 and the Fresnel reflection, section 5.4; a surface seen from behind only mirrors.
+static double radiance(const sss_profile *profile, double B, double cos_o, double reflected)
+{
+    const double F = cos_o > 0.0 ? sss_dipole_fresnel(cos_o, profile->eta) : 1.0;
+    return sss_dipole_exit_factor(fmax(cos_o, 0.0), profile->eta, SSS_DIPOLE_EXIT_PAPER) / 3.14159265358979323846 * B +
+           F * reflected;
+}
+
+static void compare_radiance(worst *w, const sss_profile *profile)
+{
+    for (size_t i = 0; i < COUNT; ++i)
+    {
+        double n[3], w_o[3], cos_o = 0.0;
+        to_double(g_samples.in[1][i], n);
+        to_double(g_samples.in[2][i], w_o);
+        for (int k = 0; k < 3; ++k)
+        {
+            cos_o += n[k] * w_o[k];
+        }
+        cos_o = fmin(cos_o, 1.0);
+        for (size_t k = 0; k < 3; ++k)
+        {
+            const double B = (double)g_samples.in[0][i][k], reflected = (double)g_samples.in[k][i][3];
+            const double want = radiance(profile, B, cos_o, reflected);
+            // The cosine is a sum of three products of numbers up to 1, and moves by as much.
+            const double less = cos_o - 4.0 * FLT_EPSILON, more = fmin(cos_o + 4.0 * FLT_EPSILON, 1.0);
+            const double moved = fmax(fabs(radiance(profile, B, less, reflected) - want),
+                                      fabs(radiance(profile, B, more, reflected) - want));
+            compare(w, i, (double)g_samples.out[i][k], want, moved + roundings * (B + reflected));
+        }
+    }
+}
+
+static void radiance_is_exit_factor_and_fresnel(void)
+{
+    sss_profile profile;
+    worst w = {-1.0, 0.0, 0};
+    fill_surfaces();
+    if (!use_material("Marble", SSS_DIPOLE_EXIT_PAPER, &profile))
+    {
+        return;
+    }
+    for (size_t v = 0; v < VERSION_COUNT; ++v)
+    {
+        w.ratio = -1.0;
+        test_about("%s", versions[v]);
+        if (evaluate(versions[v], "sss_bem_radiance(a.xyz, b.xyz, c.xyz, vec3(a.w, b.w, c.w))"))
+        {
+            compare_radiance(&w, &profile);
+            CHECK_BELOW(w.ratio, 1.0);
+        }
+    }
+    test_about("an inverted eta"); // must be caught
+    profile.eta = 1.0 / profile.eta;
+    w.ratio = -1.0;
+    compare_radiance(&w, &profile);
+    CHECK(w.ratio > 1e3);
+}
+
+static void environment_is_mirrored(void)
+{
+    static const double texel = 2.0 / CUBE_SIDE; // on a face of [-1, 1]^2
+    fill_surfaces();
+    for (size_t v = 0; v < VERSION_COUNT; ++v)
+    {
+        double largest = 0.0, sum = 0.0, unturned = 0.0;
+        test_about("%s", versions[v]);
+        if (!evaluate(versions[v], "sss_bem_environment(b.xyz, c.xyz)"))
+        {
+            continue;
+        }
+        for (size_t i = 0; i < COUNT; ++i)
+        {
+            double n[3], w_o[3], mirrored[3], dot = 0.0, face = 0.0;
+            to_double(g_samples.in[1][i], n);
+            to_double(g_samples.in[2][i], w_o);
+            for (int k = 0; k < 3; ++k)
+            {
+                dot += n[k] * w_o[k];
+            }
+            for (int k = 0; k < 3; ++k)
+            {
+                mirrored[k] = 2.0 * dot * n[k] - w_o[k];
+                face = fmax(face, fabs(mirrored[k]));
+            }
+            for (int k = 0; k < 3; ++k)
+            {
+                const double error = fabs((double)g_samples.out[i][k] - mirrored[k] / face);
+                largest = fmax(largest, isfinite(error) ? error : HUGE_VAL);
+                sum += error;
+                unturned = fmax(unturned, fabs((double)g_samples.out[i][k] - w_o[k] / face));
+            }
+        }
+        CHECK_BELOW(largest, 1.01 * texel);        // at an edge of the cube, where texels of two faces are mixed
+        CHECK_BELOW(sum / (3 * COUNT), 0.02 * texel); // elsewhere exact
+        CHECK(unturned > 1.0);
+    }
+}
+
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {TEST(fresnel_is_that_of_c),   TEST(schlick_is_that_of_c),
                                       TEST(an_inverted_eta_is_caught), TEST(Rd_is_that_of_c),
                                       TEST(Rd_placed_is_that_of_c), TEST(exit_factor_is_that_of_c),
-                                      TEST(tone_map_is_the_documented_curve)};
+                                      TEST(tone_map_is_the_documented_curve),
+                                      TEST(radiance_is_exit_factor_and_fresnel), TEST(environment_is_mirrored)};
     char error[512] = "";
     g_context = gl_context_create_headless(WIDTH, HEIGHT, error, sizeof error);
     if (!g_context)
@@ -535,6 +700,7 @@ int main(int argc, char **argv)
         return 1;
     }
     printf("OpenGL %s\n", gl_context_description(g_context));
+    make_environment(gl_context_functions(g_context));
     const int status = test_main(argc, argv, "glsl", tests, sizeof tests / sizeof *tests);
     gl_context_free(g_context);
     return status;

@@ -8,6 +8,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "../../sss_bem.h"
 #include "threads.h"
 
 double method_seconds(void)
@@ -112,7 +113,8 @@ static void announce(double seconds, const method_job *job)
     char text[32];
     snprintf(text, sizeof text, seconds < 120.0 ? "%.0f s" : seconds < 7200.0 ? "%.0f min" : "%.1f h",
              seconds < 120.0 ? seconds : seconds < 7200.0 ? seconds / 60.0 : seconds / 3600.0);
-    fprintf(stderr, "gathering %zu receivers from %zu triangles: about %s on %d thread%s\n", job->mesh.vertex_count,
+    fprintf(stderr, "gathering %zu receivers from %zu triangles: about %s on %d thread%s\n"
+            "(--method bem, with sources placed at the receivers, takes about a hundredth)\n", job->mesh.vertex_count,
             job->mesh.triangle_count, text, job->threads, job->threads == 1 ? "" : "s");
 }
 
@@ -183,6 +185,89 @@ static int run_direct(const method_job *job, float *radiosity, method_result *re
     return status;
 }
 
+// ---- bem: every vertex from a hierarchy of clusters ----
+
+enum
+{
+    LONG_TRIANGLES = 200000, // meshes beyond this show progress; their links are too many to be kept just for a report
+};
+
+static const double BEM_TIGHTEST = 1e-4; // tolerance, see sss_bem_options
+
+static void report_bem(const sss_bem_stats *s, double relight_ms, method_result *result)
+{
+    static const char *const paths[] = {"auto", "portable", "avx2", "avx512"};
+    result->predicted_error = s->predicted_error;
+    result->guard = s->guard;
+    result->bytes = s->bytes - s->link_bytes;
+    const int length = snprintf(result->parameters, sizeof result->parameters,
+                                "geometry=placed\nguard=%g\npath=%s\ntolerance=%g\npath_tolerance=%g\n"
+                                "clusters=%zu\ndepth=%zu\nrows=%zu\n",
+                                s->guard, paths[s->path], s->tolerance, s->path_tolerance, s->cluster_count, s->depth,
+                                s->row_count);
+    if (relight_ms > 0.0)
+    {
+        snprintf(result->parameters + length, sizeof result->parameters - (size_t)length,
+                 "links=%zu\nnear_links=%zu\nlink_bytes=%zu\nrelight_ms=%.3f\n", s->link_count, s->near_count,
+                 s->link_bytes, relight_ms);
+    }
+}
+
+// A new light where the links are kept: what render mode costs.
+static sss_result relight(sss_bem *bem, const method_job *job, float *radiosity, double *ms)
+{
+    sss_result status = sss_bem_update(bem, 0, NULL);
+    const double start = method_seconds();
+    status = status == SSS_OK ? sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, job->irradiance) : status;
+    status = status == SSS_OK ? sss_bem_render(bem, radiosity) : status;
+    *ms = 1e3 * (method_seconds() - start);
+    return status;
+}
+
+static sss_result shade_bem(sss_bem *bem, const method_job *job, float *radiosity, method_result *result)
+{
+    double relight_ms = 0.0;
+    const double start = method_seconds();
+    sss_result status = sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, job->irradiance);
+    status = status == SSS_OK ? sss_bem_shade(bem, radiosity) : status;
+    result->frame_ms = 1e3 * (method_seconds() - start);
+    status = status == SSS_OK ? sss_bem_predict_error(bem, 0, NULL) : status;
+    if (status == SSS_OK && job->report && job->mesh.triangle_count <= LONG_TRIANGLES)
+    {
+        status = relight(bem, job, radiosity, &relight_ms);
+    }
+    sss_bem_stats stats;
+    status = status == SSS_OK ? sss_bem_get_stats(bem, &stats) : status;
+    if (status == SSS_OK)
+    {
+        report_bem(&stats, relight_ms, result);
+    }
+    return status;
+}
+
+static int run_bem(const method_job *job, float *radiosity, method_result *result, char *error_text,
+                   size_t error_size)
+{
+    services s = {.threads = job->threads, .last_percent = -1};
+    s.show_progress = job->announce && isatty(STDERR_FILENO) && job->mesh.triangle_count > LONG_TRIANGLES;
+    const sss_hooks hooks = hooks_of(&s);
+    const sss_bem_options options = {.tolerance = job->tolerance};
+    sss_bem *bem = NULL;
+    if (job->tolerance > 0.0 && job->tolerance < BEM_TIGHTEST)
+    {
+        snprintf(error_text, error_size, "bem: a tolerance of %g is below its least, %g; --method direct has it",
+                 job->tolerance, BEM_TIGHTEST);
+        return -1;
+    }
+    const double start = method_seconds();
+    sss_result status = sss_bem_create(&job->mesh, job->profile, &options, &hooks, &bem);
+    result->precompute_s = method_seconds() - start;
+    result->method = "bem";
+    status = status == SSS_OK ? shade_bem(bem, job, radiosity, result) : status;
+    sss_bem_free(bem);
+    return status == SSS_OK ? 0 : fail(status, "bem", error_text, error_size);
+}
+
 // ---- lambert: no light travels inside ----
 
 static int run_lambert(const method_job *job, float *radiosity, method_result *result, char *error_text,
@@ -201,8 +286,12 @@ static int run_lambert(const method_job *job, float *radiosity, method_result *r
 static int run_auto(const method_job *job, float *radiosity, method_result *result, char *error_text,
                     size_t error_size)
 {
-    return (job->advice.need == SSS_DIPOLE_NEED_LAMBERT ? run_lambert : run_direct)(job, radiosity, result, error_text,
-                                                                                    error_size);
+    const int loose = !(job->tolerance > 0.0 && job->tolerance < BEM_TIGHTEST);
+    const int bem_will_do = job->geometry == SSS_DIPOLE_PLACED && loose;
+    const method_function run = job->advice.need == SSS_DIPOLE_NEED_LAMBERT ? run_lambert
+                                : bem_will_do                               ? run_bem
+                                                                            : run_direct;
+    return run(job, radiosity, result, error_text, error_size);
 }
 
 // ---- the table ----
@@ -211,11 +300,25 @@ static const struct
 {
     const char *name, *help;
     method_function run;
+    const char *geometry; // the only one it can do; NULL: both
 } methods[] = {
-    {"direct", "direct   every vertex from every triangle: sss_dipole.h", run_direct},
-    {"lambert", "lambert  diffuse reflection only, nothing travels inside: sss_dipole.h", run_lambert},
-    {"auto", "auto     the least of these that meets the tolerance", run_auto},
+    {"direct", "direct   every vertex from every triangle: sss_dipole.h", run_direct, NULL},
+    {"bem", "bem      every vertex from a hierarchy of clusters, geometry placed: sss_bem.h", run_bem, "placed"},
+    {"lambert", "lambert  diffuse reflection only, nothing travels inside: sss_dipole.h", run_lambert, NULL},
+    {"auto", "auto     the least of these that meets the tolerance, for the geometry", run_auto, NULL},
 };
+
+const char *method_geometry(const char *name)
+{
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; ++i)
+    {
+        if (strcmp(name, methods[i].name) == 0)
+        {
+            return methods[i].geometry;
+        }
+    }
+    return NULL;
+}
 
 method_function method_by_name(const char *name)
 {

@@ -19,6 +19,7 @@ typedef struct method_job
     double tolerance;             // relative L2 error; 0: the method's default
     int threads;
     int announce;                 // says on stderr how long a long run will take, and how far it is on a terminal
+    int report;                   // also measures what only a report shows, where that is cheap
     sss_dipole_advice advice;     // what sss_dipole_needs says of this scene
 } method_job;
 
@@ -28,6 +29,7 @@ typedef struct method_result
     double precompute_s;      // once per mesh and material
     double frame_ms;          // again for every light
     double predicted_error;   // relative L2, against the converged integral
+    double guard;             // of the sources, as in sss_bem_options; 0: none
     size_t bytes;             // held between frames
     char parameters[1024];    // what the method resolved: key=value lines
 } method_result;
@@ -38,6 +40,9 @@ typedef int (*method_function)(const method_job *job, float *radiosity, method_r
 
 // NULL for an unknown name.
 method_function method_by_name(const char *name);
+
+// "placed" or "distance", where that is all a method can do; NULL where the job chooses, or for an unknown name.
+const char *method_geometry(const char *name);
 
 // "direct, lambert, ...": one line of help a method, the index-th of them; NULL behind the last.
 const char *method_help(size_t index);

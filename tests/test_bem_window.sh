@@ -1,0 +1,67 @@
+#!/bin/sh
+# examples/bem in a window, under a virtual display: it moves by itself, every key does what the first lines of bem.c
+# say, and what it prints of its times follows.     BEM: the program, build/bem if not given
+cd "$(dirname "$0")/.." || exit 1
+. tests/compile/jobs.sh
+for tool in Xvfb xdotool; do
+    have $tool || { echo "$tool is not installed"; echo "0 passed, 1 failed"; exit 1; }
+done
+bem=${BEM:-build/bem}
+
+wait_for() # seconds, command...: until it succeeds
+{
+    tries=$(($1 * 10)); shift
+    while ! "$@"; do
+        tries=$((tries - 1))
+        [ $tries -gt 0 ] || return 1
+        sleep 0.1
+    done
+}
+
+picture() { tail -c $((1024 * 1000 * 4)) "$work/Xvfb_screen0" | cksum; }
+changed() { [ "$(picture)" != "$1" ]; }
+said() { tail -n 1 "$work/said" | grep -q -e "$1"; }
+gone() { ! kill -0 "$1" 2>/dev/null; }
+press() { DISPLAY=$display xdotool key --delay 80 "$1" >>"$work/log" 2>&1; }
+
+# A key, and what the next line of times must then say.
+after() # key, text
+{
+    [ $moving = 0 ] && press "$1" && wait_for 20 said "$2"
+    echo $? >"$work/after-$1"
+    cp "$work/said" "$work/after-$1.said"
+}
+
+Xvfb -displayfd 3 -screen 0 1024x1000x24 -fbdir "$work" 3>"$work/number" >"$work/log" 2>&1 &
+server=$!
+wait_for 20 test -s "$work/number"
+display=:$(cat "$work/number")
+DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 "$bem" >"$work/said" 2>&1 &
+program=$!
+
+wait_for 60 said 'candle, .* on the fly: .*scatter'; started=$?
+window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$work/log" | head -n 1)
+DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 >>"$work/log" 2>&1
+before=$(picture)
+wait_for 20 changed "$before"; moving=$?
+after i 'candle, .* incremental:'
+after h 'candle, .* render: move 0.0,'
+after m 'candle, .* skimmilk,'
+after minus 'candle, .* 80 mm,'
+after space 'cube, .* skimmilk, 40 mm, .* incremental:'
+after l 'cube, .* first lamp, '
+press Escape
+wait_for 20 gone $program; left=$?
+[ $left = 0 ] || kill $program 2>/dev/null
+wait $program; status=$?
+kill $server 2>/dev/null
+wait $server 2>/dev/null
+
+job "prints what every stage of a frame takes" "sed 's/^/note: /' '$work/said' | head -n 1; [ $started = 0 ]"
+job "the candle moves by itself" "[ $moving = 0 ]"
+for key in i h m minus space l; do
+    job "key $key" "tail -n 1 '$work/after-$key.said' | sed 's/^/note: /'; [ \$(cat '$work/after-$key') = 0 ]"
+done
+job "Escape ends it with status 0" "cat '$work/said'; [ '$left $status' = '0 0' ]"
+
+jobs_end
