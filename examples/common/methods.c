@@ -189,7 +189,9 @@ static int run_direct(const method_job *job, float *radiosity, method_result *re
 
 enum
 {
-    LONG_TRIANGLES = 200000, // meshes beyond this show progress; their links are too many to be kept just for a report
+    LONG_TRIANGLES = 200000, // meshes beyond this show progress
+    BUDGET = 4000000,        // form factors between two looks at the memory that links take
+    MOST_LINK_BYTES = 1 << 30 // links beyond this are not made just for a report
 };
 
 static const double BEM_TIGHTEST = 1e-4; // tolerance, see sss_bem_options
@@ -213,10 +215,21 @@ static void report_bem(const sss_bem_stats *s, double relight_ms, method_result 
     }
 }
 
-// A new light where the links are kept: what render mode costs.
+// A new light where the links are kept: what render mode costs. 0 ms where they are too many.
 static sss_result relight(sss_bem *bem, const method_job *job, float *radiosity, double *ms)
 {
-    sss_result status = sss_bem_update(bem, 0, NULL);
+    sss_bem_stats stats = {.link_bytes = 0};
+    sss_result status = SSS_OK;
+    for (size_t pending = 1; pending > 0 && status == SSS_OK;)
+    {
+        status = sss_bem_update(bem, BUDGET, &pending);
+        status = status == SSS_OK ? sss_bem_get_stats(bem, &stats) : status;
+        if (stats.link_bytes > MOST_LINK_BYTES)
+        {
+            sss_bem_unlink(bem);
+            return status;
+        }
+    }
     const double start = method_seconds();
     status = status == SSS_OK ? sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, job->irradiance) : status;
     status = status == SSS_OK ? sss_bem_render(bem, radiosity) : status;
@@ -232,7 +245,7 @@ static sss_result shade_bem(sss_bem *bem, const method_job *job, float *radiosit
     status = status == SSS_OK ? sss_bem_shade(bem, radiosity) : status;
     result->frame_ms = 1e3 * (method_seconds() - start);
     status = status == SSS_OK ? sss_bem_predict_error(bem, 0, NULL) : status;
-    if (status == SSS_OK && job->report && job->mesh.triangle_count <= LONG_TRIANGLES)
+    if (status == SSS_OK && job->report)
     {
         status = relight(bem, job, radiosity, &relight_ms);
     }
