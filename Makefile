@@ -3,6 +3,7 @@
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c           -> build/libtests.a
 #   tests/chart/*.c   -> build/tests/chart/measure
+#   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
 B        := build
@@ -17,18 +18,22 @@ LIBRARIES = -Wl,--as-needed -ltinygltf -lembree3 -lglfw -lOSMesa -lcmocka -lpthr
 EXAMPLES        := $(patsubst examples/%.c,$(B)/%,$(wildcard examples/*.c))
 TESTS           := $(patsubst tests/%.c,$(B)/tests/%,$(wildcard tests/test_*.c))
 CHART           := $(B)/tests/chart/measure
+MERTENS         := $(B)/tests/chart/mertens
+STABILITY       := $(B)/tests/stability/stability
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c))
 CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
+MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
+STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all help demo demo-run test test-run setup chart sync clean $(addprefix test-,$(TEST_NAMES))
+.PHONY: all help demo demo-run test test-run setup chart mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(if $(CHART_OBJECTS),$(CHART))
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -36,6 +41,8 @@ help:
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
 	@echo "make chart      measures speed against accuracy anew: tests/chart/chart.csv and chart.png"
+	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
+	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
 	@echo "make setup      installs the Debian packages that all of this needs"
 	@echo "make clean      removes $(B)/"
@@ -72,6 +79,16 @@ chart:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY)
 	sh tests/chart/chart.sh
+
+mertens:
+	@sh tests/setup.sh test
+	@$(MAKE) --no-print-directory $(JOBS) all
+	sh tests/chart/mertens/mertens.sh
+
+stability:
+	@sh tests/setup.sh test
+	@$(MAKE) --no-print-directory $(JOBS) all
+	sh tests/stability/stability.sh
 
 # Only the lines between the two markers are replaced, those included.
 sync:
@@ -111,9 +128,13 @@ $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 
-$(CHART): $(CHART_OBJECTS) $(B)/libexamples.a $(B)/libtests.a
+# One program from all the sources of a folder. The libraries follow the objects that need them.
+$(CHART): $(CHART_OBJECTS)
+$(MERTENS): $(MERTENS_OBJECTS)
+$(STABILITY): $(STABILITY_OBJECTS)
+$(CHART) $(MERTENS) $(STABILITY): $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
-	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
+	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 
 # Stanford's bunny as Debian's glmark2-data has it; -noq keeps 32-bit floats and every triangle.
 $(BUNNY): tests/bunny.sh | $(B)/.setup

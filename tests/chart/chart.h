@@ -36,12 +36,21 @@ typedef struct chart_rows
 typedef struct chart_run
 {
     void *state;          // the method's own
-    char parameters[160]; // key=value, separated by ';', for people and for the drawing
+    char parameters[256]; // key=value, separated by ';', for people and for the drawing
     size_t bytes;         // that the precomputation keeps
     double error_bound;   // relative L2 error that the method predicts; 0: none
     int threads;
     const sss_hooks *hooks;
 } chart_run;
+
+// What a method's results are compared with: the same integral, with the same placing of the sources.
+typedef enum chart_reference
+{
+    CHART_DISTANCE = 0, // R_d of the distance only
+    CHART_PLACED,       // sources placed at the receiver
+    CHART_GUARDED,      // the same with sss_bem.h's default guard against sources close to the surface
+    CHART_REFERENCE_COUNT
+} chart_reference;
 
 typedef struct chart_method
 {
@@ -54,11 +63,20 @@ typedef struct chart_method
     // ... and the rest: B of these receivers.   radiosity [count][3]
     int (*radiosity)(const chart_case *c, chart_run *run, const chart_rows *rows, float *radiosity);
     void (*release)(chart_run *run);
+    chart_reference reference;
+    int (*predict)(chart_run *run); // measures run->error_bound for the present light, outside all times; may be NULL
 } chart_method;
+
+// E of the case's light at a mesh's vertices.   irradiance [V][3] of that mesh
+int chart_irradiance(const chart_case *c, const sss_mesh *mesh, float *irradiance);
 
 extern const chart_method chart_lambert;
 extern const chart_method chart_direct;
 extern const chart_method chart_direct_points;
 extern const chart_method chart_direct_scalar;
+extern const chart_method chart_direct_placed;
+extern const chart_method chart_bem;
+extern const chart_method chart_bem_render;
+extern const chart_method chart_bem_solid_angle;
 
 #endif

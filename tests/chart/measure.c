@@ -3,11 +3,13 @@
 // Columns, as DESIGN.md says:
 //   method,mesh,vertices,triangles,size_mm,material,light,parameters,threads,precompute_s,frame_ms,bytes,rel_l2,
 //   rel_max,image_rmse,reference
-// rel_l2, rel_max: against the converged reference at N vertices spread over the mesh, weighted by their areas.
+// rel_l2, rel_max: against the converged reference of the method's own kind (chart_reference; `reference` says which)
+// at N vertices spread over the mesh, weighted by their areas.
 // frame_ms: median of at least five frames. Where a frame would take longer than S seconds, a frame computes every
 // k-th vertex and the part that grows with the receivers counts k times: `rows` in parameters says how many were
-// computed. image_rmse: of the picture against the one from the direct gather at tolerance 1e-3, in [0,1]; empty where
-// a frame takes longer than twenty times S.
+// computed. image_rmse: of the picture against the one from the best method of that kind, in [0,1]; empty
+// where a frame takes longer than twenty times S. `predicted` in parameters is the relative L2 error that a
+// method which measures itself predicts for this light.
 
 #define _POSIX_C_SOURCE 200809L
 
@@ -24,17 +26,29 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const chart_method *const methods[] = {&chart_lambert, &chart_direct, &chart_direct_points,
-                                              &chart_direct_scalar};
+static const chart_method *const methods[] = {&chart_lambert,       &chart_direct,        &chart_direct_points,
+                                              &chart_direct_scalar, &chart_direct_placed, &chart_bem,
+                                              &chart_bem_render,    &chart_bem_solid_angle};
 
 static const char *const materials[] = {"Marble", "Skimmilk"};
-static const double reference_tolerance = 1e-6; // its own estimate, an upper one, stays below the errors measured
+// What each reference is, how far it is driven (its own estimate, an upper one, stays below the errors measured), and
+// what draws the picture that others are compared with.
+static const struct
+{
+    const char *name;
+    reference_options options;
+    const chart_method *best;
+    size_t best_variant;
+} references[CHART_REFERENCE_COUNT] = {
+    {"", {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_VERTICES, 1e-6, 0.0}, &chart_direct, 1},
+    {"placed ", {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-5, 0.0}, &chart_direct_placed, 0},
+    {"guarded placed ", {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-5, 0.25}, &chart_bem, 0},
+};
 
 enum
 {
     METHOD_COUNT = sizeof methods / sizeof methods[0],
     MATERIAL_COUNT = sizeof materials / sizeof materials[0],
-    BEST_VARIANT = 1, // of the direct gather, for pictures
     SIZES_MAX = 8,
     RUNS_MAX = 64
 };
@@ -91,10 +105,9 @@ static void free_rows(chart_rows *rows)
 
 // ---- the reference ----
 
-static int make_truth(const chart_case *c, const settings *s, truth *t)
+static int make_truth(const chart_case *c, const settings *s, const reference_options *options, truth *t)
 {
     const size_t step = c->mesh.vertex_count > s->receivers ? c->mesh.vertex_count / s->receivers : 1;
-    const reference_options options = {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_VERTICES, reference_tolerance};
     double *areas = (double *)malloc(c->mesh.vertex_count * sizeof *areas);
     double sum = 0.0, sum_error = 0.0, *errors;
     if (!areas || make_rows(c, step, &t->rows) != 0)
@@ -106,7 +119,7 @@ static int make_truth(const chart_case *c, const settings *s, truth *t)
     t->weights = (double *)malloc(t->rows.count * sizeof *t->weights);
     errors = (double *)malloc(3 * t->rows.count * sizeof *errors);
     const int failed = !t->B || !t->weights || !errors ||
-                       reference_radiosity_many(&c->view, &c->profile, c->irradiance, &options, t->rows.positions,
+                       reference_radiosity_many(&c->view, &c->profile, c->irradiance, options, t->rows.positions,
                                                 t->rows.normals, NULL, t->rows.count, threads_available(), t->B,
                                                 errors) != 0;
     if (!failed)
@@ -214,8 +227,8 @@ typedef struct numbers
     double image_rmse; // negative: no picture was compared
 } numbers;
 
-static int append(const settings *s, const chart_case *c, const char *method, const chart_run *run, const numbers *n,
-                  double reference_error)
+static int append(const settings *s, const chart_case *c, const chart_method *method, const chart_run *run,
+                  const numbers *n, double reference_error)
 {
     char image[32] = "";
     FILE *const file = fopen(s->out, "a");
@@ -229,10 +242,10 @@ static int append(const settings *s, const chart_case *c, const char *method, co
         snprintf(image, sizeof image, "%.3e", n->image_rmse);
     }
     fprintf(file,
-            "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,%s,quadrature to %.1e at %zu vertices\n",
-            method, c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name,
+            "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,%s,%squadrature to %.1e at %zu vertices\n",
+            method->name, c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name,
             c->light_name, run->parameters, run->threads, n->precompute_s, 1e3 * n->frame_s, run->bytes, n->rel_l2,
-            n->rel_max, image, reference_error, s->receivers);
+            n->rel_max, image, references[method->reference].name, reference_error, s->receivers);
     return fclose(file) != 0;
 }
 
@@ -262,16 +275,33 @@ static double compare_pictures(const chart_method *method, const chart_case *c, 
     return rmse;
 }
 
-static int make_best_picture(const chart_case *c, const sss_hooks *hooks, truth *t)
+static int make_best_picture(const chart_case *c, const sss_hooks *hooks, chart_reference reference, truth *t)
 {
+    const chart_method *const method = references[reference].best;
+    const size_t variant = references[reference].best_variant;
     chart_run run;
     memset(&run, 0, sizeof run);
     run.hooks = hooks;
-    float *const B = chart_direct.prepare(c, BEST_VARIANT, &run) == 0 ? all_vertices(&chart_direct, c, &run) : NULL;
+    float *const B = method->prepare(c, variant, &run) == 0 ? all_vertices(method, c, &run) : NULL;
     t->best = B ? picture_create(c, B) : NULL;
-    chart_direct.release(&run);
+    method->release(&run);
     free(B);
     return t->best == NULL;
+}
+
+static int predict(const chart_method *method, chart_run *run)
+{
+    const size_t length = strlen(run->parameters);
+    if (!method->predict)
+    {
+        return 0;
+    }
+    if (method->predict(run) != 0)
+    {
+        return 1;
+    }
+    snprintf(run->parameters + length, sizeof run->parameters - length, ";predicted=%.1e", run->error_bound);
+    return 0;
 }
 
 static int measure(const chart_method *method, size_t variant, const chart_case *c, const truth *t, const settings *s,
@@ -291,13 +321,15 @@ static int measure(const chart_method *method, size_t variant, const chart_case 
     {
         compare(t, B, &n.rel_l2, &n.rel_max);
         n.frame_s = median_frame(method, c, s, &run);
-        if (n.frame_s <= 20.0 * s->seconds && !(method == &chart_direct && variant == BEST_VARIANT))
+        const int best = method == references[method->reference].best &&
+                         variant == references[method->reference].best_variant;
+        if (n.frame_s <= 20.0 * s->seconds && !best)
         {
             n.image_rmse = compare_pictures(method, c, &run, t->best);
         }
-        failed = n.frame_s < 0.0 || append(s, c, method->name, &run, &n, t->error) != 0;
+        failed = n.frame_s < 0.0 || predict(method, &run) != 0 || append(s, c, method, &run, &n, t->error) != 0;
     }
-    printf("%-14s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  image %.1e  predicted %.1e%s\n",
+    printf("%-15s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  image %.1e  predicted %.1e%s\n",
            method->name, c->material_name, c->size_mm, run.parameters, 1e3 * n.frame_s, n.rel_l2, n.rel_max,
            n.image_rmse, run.error_bound, failed ? "  FAILED" : "");
     fflush(stdout);
@@ -335,23 +367,42 @@ static int make_case(const mesh_data *mesh, const char *material_name, double si
     return sss_dipole_irradiance(&c->view, &c->light, 1, &options, c->irradiance) != SSS_OK;
 }
 
+// The reference and the best picture of every kind.
+static int make_truths(const chart_case *c, const settings *s, const sss_hooks *hooks, truth *truths)
+{
+    for (int r = 0; r < CHART_REFERENCE_COUNT; ++r)
+    {
+        if (make_truth(c, s, &references[r].options, &truths[r]) != 0 ||
+            make_best_picture(c, hooks, (chart_reference)r, &truths[r]) != 0)
+        {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 static int measure_case(const mesh_data *mesh, const char *material, double size_mm, const settings *s,
                         const sss_hooks *hooks)
 {
     chart_case c;
-    truth t;
-    memset(&t, 0, sizeof t);
-    int failed = make_case(mesh, material, size_mm, &c) != 0 || make_truth(&c, s, &t) != 0 ||
-                 make_best_picture(&c, hooks, &t) != 0;
-    printf("%s, %g mm: reference to %.1e%s\n", material, size_mm, t.error, failed ? " FAILED" : "");
+    truth truths[CHART_REFERENCE_COUNT];
+    const double start = test_seconds();
+    memset(truths, 0, sizeof truths);
+    int failed = make_case(mesh, material, size_mm, &c) != 0 || make_truths(&c, s, hooks, truths) != 0;
+    printf("%s, %g mm: references to %.1e, placed %.1e, guarded %.1e; %.0f s%s\n", material, size_mm,
+           truths[CHART_DISTANCE].error, truths[CHART_PLACED].error, truths[CHART_GUARDED].error,
+           test_seconds() - start, failed ? " FAILED" : "");
     for (size_t m = 0; m < METHOD_COUNT && !failed; ++m)
     {
         for (size_t v = 0; v < methods[m]->variant_count && v < s->variants_max && !failed; ++v)
         {
-            failed = measure(methods[m], v, &c, &t, s, hooks);
+            failed = measure(methods[m], v, &c, &truths[methods[m]->reference], s, hooks);
         }
     }
-    free_truth(&t);
+    for (int r = 0; r < CHART_REFERENCE_COUNT; ++r)
+    {
+        free_truth(&truths[r]);
+    }
     free(c.irradiance);
     return failed;
 }
@@ -421,7 +472,7 @@ static void on_threads(void *user, size_t count, void (*task)(void *context, siz
 
 int main(int argc, char **argv)
 {
-    settings s = {NULL, 200, 1, 5, 0.25, {10.0, 50.0, 200.0}, 3, SIZE_MAX, 1.0};
+    settings s = {NULL, 128, 1, 5, 0.15, {10.0, 50.0, 200.0}, 3, SIZE_MAX, 1.0};
     mesh_data loaded, mesh;
     sss_hooks hooks;
     if (read_arguments(argc, argv, &s) != 0)

@@ -3,6 +3,7 @@
 //   direct          every triangle integrated to a tolerance; on thinner and thinner copies of the mesh
 //   direct-points   one sample a triangle at its centroid, on the same copies
 //   direct-scalar   the same at full density by the plain double-precision loop: the baseline of speed
+//   direct-placed   as direct, with sources placed at the receiver, at full density: for methods that place them
 
 #define SSS_DIPOLE_IMPLEMENTATION
 #include "chart.h"
@@ -21,7 +22,7 @@ static int lambert_prepare(const chart_case *c, size_t variant, chart_run *run)
     return run->state == NULL;
 }
 
-static int relight_vertices(const chart_case *c, const sss_mesh *mesh, float *irradiance)
+int chart_irradiance(const chart_case *c, const sss_mesh *mesh, float *irradiance)
 {
     sss_dipole_irradiance_options options;
     memset(&options, 0, sizeof options);
@@ -31,7 +32,7 @@ static int relight_vertices(const chart_case *c, const sss_mesh *mesh, float *ir
 
 static int lambert_relight(const chart_case *c, chart_run *run)
 {
-    return relight_vertices(c, &c->view, (float *)run->state);
+    return chart_irradiance(c, &c->view, (float *)run->state);
 }
 
 static int lambert_radiosity(const chart_case *c, chart_run *run, const chart_rows *rows, float *radiosity)
@@ -51,7 +52,7 @@ static void lambert_release(chart_run *run)
 }
 
 const chart_method chart_lambert = {"lambert", 1, lambert_prepare, lambert_relight, lambert_radiosity,
-                                    lambert_release};
+                                    lambert_release, CHART_DISTANCE, NULL};
 
 // ---- direct gather ----
 
@@ -113,7 +114,7 @@ static int direct_prepare_with(const chart_case *c, double density, const sss_di
 static int direct_relight(const chart_case *c, chart_run *run)
 {
     direct *const d = (direct *)run->state;
-    return relight_vertices(c, &d->view, d->irradiance) ||
+    return chart_irradiance(c, &d->view, d->irradiance) ||
            sss_dipole_gather_set_irradiance(d->gather, SSS_DIPOLE_VERTICES, d->irradiance) != SSS_OK;
 }
 
@@ -128,11 +129,12 @@ static int direct_radiosity(const chart_case *c, chart_run *run, const chart_row
     return sss_dipole_gather_run(d->gather, &receivers, radiosity) != SSS_OK;
 }
 
-static const double densities[] = {1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0, 1.0 / 256.0};
+static const double densities[] = {1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0};
 static const double tolerances[] = {1e-4, 1e-3, 1e-2}; // full density; thinned copies, no better, take the last
 enum
 {
     DENSITY_COUNT = sizeof densities / sizeof densities[0],
+    INTEGRATED_DENSITY_COUNT = DENSITY_COUNT - 1, // fewer triangles than that cost as much, for they need more pieces
     TOLERANCE_COUNT = sizeof tolerances / sizeof tolerances[0]
 };
 
@@ -143,6 +145,15 @@ static int direct_prepare(const chart_case *c, size_t variant, chart_run *run)
     options.tolerance = variant < TOLERANCE_COUNT ? tolerances[variant] : tolerances[TOLERANCE_COUNT - 1];
     return direct_prepare_with(c, variant < TOLERANCE_COUNT ? 1.0 : densities[variant - TOLERANCE_COUNT + 1],
                                &options, run);
+}
+
+static int placed_prepare(const chart_case *c, size_t variant, chart_run *run)
+{
+    sss_dipole_gather_options options;
+    memset(&options, 0, sizeof options);
+    options.tolerance = tolerances[variant + 1];
+    options.geometry = SSS_DIPOLE_PLACED;
+    return direct_prepare_with(c, 1.0, &options, run);
 }
 
 static int points_prepare(const chart_case *c, size_t variant, chart_run *run)
@@ -163,9 +174,11 @@ static int scalar_prepare(const chart_case *c, size_t variant, chart_run *run)
     return direct_prepare_with(c, 1.0, &options, run);
 }
 
-const chart_method chart_direct = {"direct", TOLERANCE_COUNT + DENSITY_COUNT - 1, direct_prepare, direct_relight,
-                                   direct_radiosity, direct_release};
+const chart_method chart_direct = {"direct", TOLERANCE_COUNT + INTEGRATED_DENSITY_COUNT - 1, direct_prepare,
+                                   direct_relight, direct_radiosity, direct_release, CHART_DISTANCE, NULL};
 const chart_method chart_direct_points = {"direct-points", DENSITY_COUNT, points_prepare, direct_relight,
-                                          direct_radiosity, direct_release};
+                                          direct_radiosity, direct_release, CHART_DISTANCE, NULL};
 const chart_method chart_direct_scalar = {"direct-scalar", 1, scalar_prepare, direct_relight, direct_radiosity,
-                                          direct_release};
+                                          direct_release, CHART_DISTANCE, NULL};
+const chart_method chart_direct_placed = {"direct-placed", TOLERANCE_COUNT - 1, placed_prepare, direct_relight,
+                                          direct_radiosity, direct_release, CHART_PLACED, NULL};

@@ -31,7 +31,7 @@ awk -F, '
         printf "|---|--:|--:|--:|--:|--:|--:|\n"
         for (i = 1; i <= n; ++i)
             printf "| %s | %s | %s | %.4g | %.3g | %.1e | %s |\n", method[i], emitters[i] == "" ? "-" : emitters[i],
-                   method[i] == "direct" ? tolerance[i] : "-", ms[i], loop / ms[i], error[i],
+                   (method[i] ~ /points|scalar|lambert/ ? "-" : tolerance[i]), ms[i], loop / ms[i], error[i],
                    picture[i] == "" ? "-" : sprintf("%.1e", picture[i])
     }' tests/chart/chart.csv >"$work/table"
 
