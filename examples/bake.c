@@ -37,6 +37,7 @@ enum
 
 static const double MM_PER_METRE = 1000.0; // glTF's unit of length is the metre
 static const double FLOOR_ROOM = 0.07;     // share of the object's size by which the picture moves down for its image
+static const double SPURIOUS = 0.001;      // share of vertices above which placed sources are warned of
 static const double ETA = 1.3;             // of the measured materials of Jensen et al. 2001
 
 // ---- options ----
@@ -63,6 +64,7 @@ typedef struct bake
     double size_mm, area_mm2, edge_mm, irradiance_ms;
     double rel_l2, rel_max, reference_error; // of --reference
     size_t reference_receivers;
+    size_t spurious;                         // vertices brighter than any light on the surface
     float *irradiance, *seen, *radiosity;
     method_job job;
     method_result result;
@@ -601,6 +603,29 @@ static int light_scene(bake *b)
     return status;
 }
 
+// A placed source may come close to another part of a thin or folded surface and then shows light that is not there.
+// On a plane no radiosity is larger than the largest irradiance: what is beyond that has this cause.
+static void look_for_spurious_light(bake *b)
+{
+    const size_t count = b->model.vertex_count;
+    float most[3] = {0.0f, 0.0f, 0.0f};
+    for (size_t i = 0; i < 3 * count; ++i)
+    {
+        most[i % 3] = fmaxf(most[i % 3], b->irradiance[i]);
+    }
+    for (size_t v = 0; v < count; ++v)
+    {
+        const float *const B = b->radiosity + 3 * v;
+        b->spurious += B[0] > most[0] || B[1] > most[1] || B[2] > most[2];
+    }
+    if ((double)b->spurious > SPURIOUS * (double)count)
+    {
+        fprintf(stderr, "%.2g %% of the vertices are brighter than any light on the surface: at this size the object has\n"
+                "parts too thin for placed sources; --geometry distance --method direct does not mind\n",
+                100.0 * (double)b->spurious / (double)count);
+    }
+}
+
 static int run_method(bake *b)
 {
     const options *const o = &b->o;
@@ -619,7 +644,12 @@ static int run_method(bake *b)
     {
         return fail(b, "what the scene needs: %s", sss_result_string(advised));
     }
-    return method_by_name(o->method)(&b->job, b->radiosity, &b->result, b->error, sizeof b->error);
+    const int status = method_by_name(o->method)(&b->job, b->radiosity, &b->result, b->error, sizeof b->error);
+    if (status == 0 && b->job.geometry == SSS_DIPOLE_PLACED)
+    {
+        look_for_spurious_light(b);
+    }
+    return status;
 }
 
 // ---- report ----
@@ -648,6 +678,10 @@ static void print_report(const bake *b)
         print_rgb("mfp_mm", mfp);
     }
     printf("method=%s\nthreads=%d\n%s", b->result.method, b->o.threads, b->result.parameters);
+    if (b->job.geometry == SSS_DIPOLE_PLACED)
+    {
+        printf("spurious_vertices=%zu\n", b->spurious);
+    }
     printf("irradiance_ms=%.3f\nprecompute_s=%.6f\nframe_ms=%.3f\nbytes=%zu\npredicted_error=%.3g\n", b->irradiance_ms,
            b->result.precompute_s, b->result.frame_ms, b->result.bytes, b->result.predicted_error);
     printf("needs=%s\nneeds_error=%.3g\nneeds_lambert_error=%.3g\nneeds_crossing=%.3g\nneeds_radius_mm=%.4g\n"

@@ -22,6 +22,7 @@
 
 #define FOLDER "build/tests/bake/"
 #define MESH FOLDER "mesh.glb"
+#define CUBE FOLDER "cube.glb"
 
 static const char scene[] = "--material marble --size-mm 10 --light 0.577,0.577,0.577 --no-shadows";
 
@@ -422,8 +423,6 @@ static double rel_l2(const model *m, const char *path_a, const char *path_b)
 
 static const char unsized[] = "--material marble --light 0.577,0.577,0.577 --no-shadows";
 
-#define CUBE FOLDER "cube.glb"
-
 static void compare_bem_with_direct(const model *cube)
 {
     static const double direct_tolerance = 1e-4, tolerances[] = {1e-2, 1e-3};
@@ -452,9 +451,7 @@ static void compare_bem_with_direct(const model *cube)
 static void bem_agrees_with_direct_placed(void)
 {   // On a convex body no source comes near another part of the surface, so that the guard has nothing to do.
     model cube;
-    char error[256] = "";
-    if (CHECK_EQUAL(shape_cube(16, &cube), 0) &&
-        CHECK(model_save_glb(CUBE, &cube, cube.normals, error, sizeof error) == 0))
+    if (CHECK_EQUAL(shape_cube(16, &cube), 0))
     {
         compare_bem_with_direct(&cube);
     }
@@ -484,6 +481,23 @@ static void bem_keeps_its_prediction(void)
     }
     test_about(NULL);
     CHECK_BETWEEN(reported("relight_ms"), 1e-3, 1e5);
+}
+
+static void spurious_light_is_warned_of(void)
+{   // The bunny's ears at 10 mm are thinner than the virtual source is high; a cube of 40 mm is not.
+    static const char *const methods[] = {"bem", "direct --geometry placed"};
+    for (size_t i = 0; i < 2; ++i)
+    {
+        test_about("%s", methods[i]);
+        CHECK_EQUAL(bake(MESH " %s --size-mm 10 --report --method %s", unsized, methods[i]), 0);
+        CHECK(reported("spurious_vertices") > 0.01 * reported("vertices"));
+        CHECK(strstr(g_complained, "brighter than any light") != NULL);
+        CHECK_EQUAL(bake(CUBE " %s --size-mm 40 --report --method %s", unsized, methods[i]), 0);
+        CHECK(reported("spurious_vertices") <= 0.0 && strstr(g_complained, "brighter") == NULL);
+    }
+    test_about("by distance");
+    CHECK_EQUAL(bake(MESH " %s --size-mm 10 --report", unsized), 0);
+    CHECK(strstr(g_complained, "brighter") == NULL);
 }
 
 static void bem_threads_change_nothing(void)
@@ -758,7 +772,7 @@ static void damaged_files_do_no_harm(void)
 
 // ---- set-up ----
 
-// The bunny thinned to some two thousand triangles, and two files that are no irradiance for it.
+// The bunny thinned to some two thousand triangles, two files that are no irradiance for it, and a rounded cube.
 static int write_inputs(void)
 {
     mesh_data bunny, small;
@@ -788,6 +802,9 @@ static int write_inputs(void)
     free(colors);
     mesh_free(&bunny);
     mesh_free(&small);
+    memset(&m, 0, sizeof m);
+    done = done && shape_cube(16, &m) == 0 && model_save_glb(CUBE, &m, m.normals, error, sizeof error) == 0;
+    model_free(&m);
     return done;
 }
 
@@ -800,6 +817,7 @@ int main(int argc, char **argv)
                                       TEST(threads_change_nothing),
                                       TEST(bem_agrees_with_direct_placed),
                                       TEST(bem_keeps_its_prediction),
+                                      TEST(spurious_light_is_warned_of),
                                       TEST(bem_threads_change_nothing),
                                       TEST(auto_takes_the_least_that_does),
                                       TEST(bem_says_what_it_cannot_do),
