@@ -620,7 +620,7 @@ static void look_for_spurious_light(bake *b)
     }
     if ((double)b->spurious > SPURIOUS * (double)count)
     {
-        fprintf(stderr, "%.2g %% of the vertices are brighter than any light on the surface: at this size the object has\n"
+        fprintf(stderr, "%.2g %% of the vertices are brighter than any light on it: at this size the object has\n"
                 "parts too thin for placed sources; --geometry distance --method direct does not mind\n",
                 100.0 * (double)b->spurious / (double)count);
     }
