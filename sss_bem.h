@@ -941,7 +941,14 @@ enum
     SSS_BEM__CLASSES = 256, // of sizes of clusters
     SSS_BEM__BATCH = 64,  // links, or pairs, whose factors are computed at a time
     SSS_BEM__SLIVER = 1000, // longest edge over height, above which a triangle counts as a sliver
-    SSS_BEM__NODES = 4    // Gauss nodes on a half of an edge's panel: 8 on an edge
+};
+
+// How a pair is computed: by the edges' integrals, or, a little farther away, by the moments of the four quarters.
+enum
+{
+    SSS_BEM__EDGES = 0,
+    SSS_BEM__QUARTERS,
+    SSS_BEM__PAIR_KINDS
 };
 
 #define SSS_BEM__TINY 1e-18f // of the diagonal: a source on a triangle counts as that far from it
@@ -977,6 +984,9 @@ typedef struct sss_bem__model
     float height_range[2][2]; // of the channels that scatter
     float sigma[3];
     float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
+    int nodes;           // of the Gauss rule on half of an edge: twice as many on all of it
+    float node[4], node_weight[4];
+    float height2[2][3], square[2][3], weight[2][3], decay[3]; // 2 h, h^2, z scale, -sigma/ln 2: for the registers
 } sss_bem__model;
 
 // A link of a row: which cluster, and which of the row's receivers take it as a whole. The others have pairs.
@@ -1062,7 +1072,64 @@ typedef struct sss_bem__block
     float w[3][3][SSS_BEM__LANES];
     float n[3][SSS_BEM__LANES];
     float normal[3][SSS_BEM__LANES];
+    float area[SSS_BEM__LANES];
 } sss_bem__block;
+
+static float sss_bem__dotf(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// A pair by quarters: similar triangles of half the size, so that each has a quarter of the moments; irradiance counts
+// at their centroids.
+static void sss_bem__quarter_factor(const sss_bem__model *m, const sss_bem__block *b, int place,
+                                    sss_bem__pair_factor out)
+{
+    float d[3][3], w[3], n[3], squares[2], forms[4], K[4][3];
+    const float quarter = 0.25f * b->area[place];
+    int k, i, c, q;
+    for (i = 0; i < 3; i++)
+    {
+        w[i] = (b->w[0][i][place] + b->w[1][i][place] + b->w[2][i][place]) * (1.0f / 3.0f);
+        n[i] = b->n[i][place];
+        for (k = 0; k < 3; k++)
+        {
+            d[k][i] = b->w[k][i][place] - w[i];
+        }
+    }
+    for (q = 0; q < 4; q++)
+    {
+        float x[3];
+        for (i = 0; i < 3; i++)
+        {
+            x[i] = w[i] + (q < 3 ? 0.5f * d[q][i] : 0.0f);
+        }
+        squares[0] = sss_bem__dotf(x, x);
+        squares[1] = sss_bem__dotf(x, n);
+        forms[0] = forms[1] = forms[2] = forms[3] = 0.0f;
+        for (k = 0; k < 3; k++) // the moments of a triangle are 1/12 sum d d^T
+        {
+            const float along = sss_bem__dotf(d[k], x), across = sss_bem__dotf(d[k], n);
+            forms[0] += along * along / 48.0f;
+            forms[1] += along * across / 48.0f;
+            forms[2] += across * across / 48.0f;
+            forms[3] += sss_bem__dotf(d[k], d[k]) / 48.0f;
+        }
+        for (c = 0; c < 3; c++)
+        {
+            K[q][c] = m->scale[c] * quarter * (sss_bem__cluster_source(m, 0, c, squares, forms)
+                                               + sss_bem__cluster_source(m, 1, c, squares, forms));
+        }
+    }
+    for (c = 0; c < 3; c++)
+    {
+        const float shared = (K[0][c] + K[1][c] + K[2][c]) * (1.0f / 6.0f) + K[3][c] * (1.0f / 3.0f);
+        for (k = 0; k < 3; k++) // barycentric coordinates of the centroids: 2/3, 1/6, 1/6 and 1/3
+        {
+            out[k][c][place] = shared + 0.5f * K[k][c];
+        }
+    }
+}
 
 // A triangle's edges as one receiver sees them; positions of the source along the receiver's normal are linear in its
 // height h: distance from the plane H = H_0 + h H_n, and likewise p and t of each edge.
@@ -1076,11 +1143,6 @@ typedef struct sss_bem__view
     float over_area;    // 1/(2 area)
     int sliver;         // lambda of a point far from it would lose all digits: irradiance counts as constant
 } sss_bem__view;
-
-static float sss_bem__dotf(const float a[3], const float b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static void sss_bem__view_triangle(const float w[3][3], const float n[3], const float normal[3], sss_bem__view *v)
 {
@@ -1145,14 +1207,14 @@ static void sss_bem__edge_integrals(const sss_bem__model *m, int kind, int c, fl
     const float half = 0.5f * logf(high / low), middle = sqrtf(low * high);
     float sum_theta = 0.0f, sum_line = 0.0f;
     int i, sign;
-    for (i = 0; i < SSS_BEM__NODES; i++)
+    for (i = 0; i < m->nodes; i++)
     {
-        const float step = expf(half * (float)sss_bem__gauss8[i][0]);
+        const float step = expf(half * m->node[i]);
         for (sign = 0; sign < 2; sign++)
         {
             const float e = sign ? middle * step : middle / step; // exp(w)
             const float s = 0.5f * S * (e + 1.0f / e), t = 0.5f * S * (e - 1.0f / e);
-            const float term = (float)sss_bem__gauss8[i][1] * (C - sss_bem__guarded_G(m, kind, c, s)) * s;
+            const float term = m->node_weight[i] * (C - sss_bem__guarded_G(m, kind, c, s)) * s;
             sum_theta += term / (p * p + t * t + least * least);
             sum_line += term;
         }
@@ -1277,15 +1339,20 @@ SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__less8(sss_bem__v8 a, sss_b
 {
     return _mm256_blendv_ps(no, yes, _mm256_cmp_ps(a, b, _CMP_LT_OQ));
 }
+SSS_BEM__INLINE SSS_BEM__TARGET8 uint32_t sss_bem__less_bits8(sss_bem__v8 a, sss_bem__v8 b) // bit k: a[k] < b[k]
+{
+    return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ));
+}
 SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__rough_rsqrt8(sss_bem__v8 a) { return _mm256_rsqrt_ps(a); }
 SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__rough_over8(sss_bem__v8 a) { return _mm256_rcp_ps(a); }
 SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__round8(sss_bem__v8 a)
 {
     return _mm256_round_ps(a, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
 }
-SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__scale8(sss_bem__v8 a, sss_bem__v8 n) // a 2^n, -126 <= n <= 127
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__scale8(sss_bem__v8 a, sss_bem__v8 n) // a 2^n, n <= 127
 {
-    const __m256i bits = _mm256_slli_epi32(_mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(127)), 23);
+    const __m256i power = _mm256_max_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(-127)); // 2^-127 becomes 0
+    const __m256i bits = _mm256_slli_epi32(_mm256_add_epi32(power, _mm256_set1_epi32(127)), 23);
     return _mm256_mul_ps(a, _mm256_castsi256_ps(bits));
 }
 // Splits a > 0 into 2^exponent and a mantissa in [1, 2).
@@ -1314,6 +1381,10 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__less16(sss_bem__v16 a, s
                                                                sss_bem__v16 no)
 {
     return _mm512_mask_blend_ps(_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ), no, yes);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 uint32_t sss_bem__less_bits16(sss_bem__v16 a, sss_bem__v16 b)
+{
+    return (uint32_t)_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
 }
 SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__max16(sss_bem__v16 a, sss_bem__v16 b)
 {
@@ -1350,7 +1421,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
 #endif
 
 #if defined(SSS_BEM__AVX2)
-// 1/a and 1/sqrt(a) by one Newton step; exp(-u) as 2^n 2^f with the Taylor series of 2^f (ln 2/2)^7/7! = 1.2e-7;
+// 1/a and 1/sqrt(a) by one Newton step; 2^x as 2^n 2^f with the Taylor series of 2^f, (ln 2/2)^7/7! = 1.2e-7;
 // ln a by the series of atanh, (0.172)^8/9 = 8e-8.
 #define SSS_BEM__DEFINE_FUNCTIONS(N)                                                                                   \
     SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__over##N(sss_bem__v##N a)                                 \
@@ -1363,9 +1434,12 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         const sss_bem__v##N y = sss_bem__rough_rsqrt##N(a);                                                            \
         return y * sss_bem__fma##N(sss_bem__set##N(-0.5f) * a * y, y, sss_bem__set##N(1.5f));                          \
     }                                                                                                                  \
-    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__exp##N(sss_bem__v##N u)                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__dot##N(const sss_bem__v##N *a, const sss_bem__v##N *b)   \
     {                                                                                                                  \
-        const sss_bem__v##N x = sss_bem__max##N(u * sss_bem__set##N(1.44269504f), sss_bem__set##N(-126.0f));           \
+        return sss_bem__fma##N(a[0], b[0], sss_bem__fma##N(a[1], b[1], a[2] * b[2]));                                  \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__exp2##N(sss_bem__v##N x)                                 \
+    {                                                                                                                  \
         const sss_bem__v##N n = sss_bem__round##N(x), f = x - n;                                                       \
         sss_bem__v##N y = sss_bem__set##N(1.54035304e-4f);                                                             \
         y = sss_bem__fma##N(y, f, sss_bem__set##N(1.33335581e-3f));                                                    \
@@ -1394,19 +1468,21 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
     SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__cluster_source##N(                                       \
         const sss_bem__model *m, int kind, int c, const sss_bem__v##N *squares, const sss_bem__v##N *forms)            \
     {                                                                                                                  \
-        const sss_bem__v##N h = sss_bem__set##N(m->height[kind][c]), h2 = h + h, hh = h * h;                           \
-        const sss_bem__v##N guard2 = sss_bem__set##N(m->guard2[kind][c]), zero = sss_bem__set##N(0.0f);                \
+        const sss_bem__v##N h2 = sss_bem__set##N(m->height2[kind][c]), hh = sss_bem__set##N(m->square[kind][c]);       \
+        const sss_bem__v##N guard2 = sss_bem__set##N(m->guard2[kind][c]), sigma = sss_bem__set##N(m->sigma[c]);        \
+        const sss_bem__v##N one = sss_bem__set##N(1.0f), three = sss_bem__set##N(3.0f);                                \
+        const sss_bem__v##N fifteen = sss_bem__set##N(15.0f), zero = sss_bem__set##N(0.0f);                            \
         const sss_bem__v##N s2 = sss_bem__fma##N(h2, squares[1], squares[0] + hh);                                     \
         const sss_bem__v##N vCv = sss_bem__fma##N(h2, forms[1], sss_bem__fma##N(hh, forms[2], forms[0]));              \
         const sss_bem__v##N limited = sss_bem__max##N(s2, guard2), over_s = sss_bem__rsqrt##N(limited);                \
-        const sss_bem__v##N u = sss_bem__set##N(m->sigma[c]) * limited * over_s, over = over_s * over_s;               \
-        const sss_bem__v##N a = sss_bem__set##N(m->z[kind][c]) * sss_bem__exp##N(zero - u) * over * over_s;            \
-        const sss_bem__v##N three = sss_bem__set##N(3.0f), fifteen = sss_bem__set##N(15.0f);                           \
+        const sss_bem__v##N s = limited * over_s, over = over_s * over_s, u = sigma * s;                               \
+        const sss_bem__v##N decay = sss_bem__exp2##N(sss_bem__set##N(m->decay[c]) * s) * over_s;                       \
+        const sss_bem__v##N a = decay * (over * sss_bem__set##N(m->weight[kind][c]));                                  \
         const sss_bem__v##N k_1 = sss_bem__fma##N(u, u + three, three);                                                \
         const sss_bem__v##N k_2 =                                                                                      \
             sss_bem__fma##N(u, sss_bem__fma##N(u, u + sss_bem__set##N(6.0f), fifteen), fifteen);                       \
-        const sss_bem__v##N second = sss_bem__set##N(0.5f) * over * (over * vCv * k_2 - forms[3] * k_1);               \
-        return a * (sss_bem__set##N(1.0f) + u + sss_bem__less##N(guard2, s2, second, zero));                           \
+        const sss_bem__v##N second = over * sss_bem__fma##N(over * vCv, k_2, zero - forms[3] * k_1);                   \
+        return a * (one + u + sss_bem__less##N(guard2, s2, second, zero));                                             \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__link_factors##N(                                                           \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
@@ -1418,6 +1494,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + lane), nx = sss_bem__load##N(lanes->n[0] + lane);   \
             const sss_bem__v##N y = sss_bem__load##N(lanes->x[1] + lane), ny = sss_bem__load##N(lanes->n[1] + lane);   \
             const sss_bem__v##N z = sss_bem__load##N(lanes->x[2] + lane), nz = sss_bem__load##N(lanes->n[2] + lane);   \
+            const sss_bem__v##N half = sss_bem__set##N(0.5f);                                                          \
             size_t k;                                                                                                  \
             for (k = 0; k < count; k++)                                                                                \
             {                                                                                                          \
@@ -1437,16 +1514,82 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 sss_bem__v##N squares[2], forms[4];                                                                    \
                 squares[0] = sss_bem__fma##N(wx, wx, sss_bem__fma##N(wy, wy, wz * wz));                                \
                 squares[1] = sss_bem__fma##N(wx, nx, sss_bem__fma##N(wy, ny, wz * nz));                                \
-                forms[0] = sss_bem__fma##N(wx, Cwx, sss_bem__fma##N(wy, Cwy, wz * Cwz));                               \
-                forms[1] = sss_bem__fma##N(nx, Cwx, sss_bem__fma##N(ny, Cwy, nz * Cwz));                               \
-                forms[2] = sss_bem__fma##N(nx, Cnx, sss_bem__fma##N(ny, Cny, nz * Cnz));                               \
-                forms[3] = xx + yy + zz;                                                                               \
+                forms[0] = half * sss_bem__fma##N(wx, Cwx, sss_bem__fma##N(wy, Cwy, wz * Cwz));                        \
+                forms[1] = half * sss_bem__fma##N(nx, Cwx, sss_bem__fma##N(ny, Cwy, nz * Cwz));                        \
+                forms[2] = half * sss_bem__fma##N(nx, Cnx, sss_bem__fma##N(ny, Cny, nz * Cnz));                        \
+                forms[3] = half * (xx + yy + zz);                                                                      \
                 for (c = 0; c < 3; c++)                                                                                \
                 {                                                                                                      \
                     sss_bem__store##N(out[k][c] + lane,                                                                \
-                                      sss_bem__set##N(m->scale[c])                                                     \
-                                          * (sss_bem__cluster_source##N(m, 0, c, squares, forms)                       \
-                                             + sss_bem__cluster_source##N(m, 1, c, squares, forms)));                  \
+                                      sss_bem__cluster_source##N(m, 0, c, squares, forms)                              \
+                                          + sss_bem__cluster_source##N(m, 1, c, squares, forms));                      \
+                }                                                                                                      \
+            }                                                                                                          \
+        }                                                                                                              \
+    }
+
+// Pairs by quarters: sss_bem__quarter_factor.
+#define SSS_BEM__DEFINE_QUARTERS(N)                                                                                    \
+    SSS_BEM__TARGET##N static void sss_bem__quarter_factors##N(const sss_bem__model *m, const sss_bem__block *b,       \
+                                                               sss_bem__pair_factor out)                               \
+    {                                                                                                                  \
+        const sss_bem__v##N third = sss_bem__set##N(1.0f / 3.0f), half = sss_bem__set##N(0.5f);                        \
+        const sss_bem__v##N zero = sss_bem__set##N(0.0f), part = sss_bem__set##N(1.0f / 96.0f); /* with the half */    \
+        int first, k, i, c, q;                                                                                         \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            const sss_bem__v##N quarter = sss_bem__set##N(0.25f) * sss_bem__load##N(b->area + first);                  \
+            sss_bem__v##N d[3][3], w[3], n[3], x[3], squares[2], forms[4], K[4][3], across[3], across2 = zero;         \
+            sss_bem__v##N size2 = zero;                                                                                \
+            for (i = 0; i < 3; i++)                                                                                    \
+            {                                                                                                          \
+                for (k = 0; k < 3; k++)                                                                                \
+                {                                                                                                      \
+                    d[k][i] = sss_bem__load##N(b->w[k][i] + first);                                                    \
+                }                                                                                                      \
+                w[i] = (d[0][i] + d[1][i] + d[2][i]) * third;                                                          \
+                n[i] = sss_bem__load##N(b->n[i] + first);                                                              \
+                for (k = 0; k < 3; k++)                                                                                \
+                {                                                                                                      \
+                    d[k][i] = d[k][i] - w[i];                                                                          \
+                }                                                                                                      \
+            }                                                                                                          \
+            for (k = 0; k < 3; k++)                                                                                    \
+            {                                                                                                          \
+                across[k] = sss_bem__dot##N(d[k], n);                                                                  \
+                across2 = sss_bem__fma##N(across[k], across[k], across2);                                              \
+                size2 = size2 + sss_bem__dot##N(d[k], d[k]);                                                           \
+            }                                                                                                          \
+            forms[2] = across2 * part;                                                                                 \
+            forms[3] = size2 * part;                                                                                   \
+            for (q = 0; q < 4; q++)                                                                                    \
+            {                                                                                                          \
+                for (i = 0; i < 3; i++)                                                                                \
+                {                                                                                                      \
+                    x[i] = q < 3 ? sss_bem__fma##N(half, d[q][i], w[i]) : w[i];                                        \
+                }                                                                                                      \
+                squares[0] = sss_bem__dot##N(x, x);                                                                    \
+                squares[1] = sss_bem__dot##N(x, n);                                                                    \
+                forms[0] = forms[1] = zero;                                                                            \
+                for (k = 0; k < 3; k++)                                                                                \
+                {                                                                                                      \
+                    const sss_bem__v##N along = sss_bem__dot##N(d[k], x);                                              \
+                    forms[0] = sss_bem__fma##N(along * part, along, forms[0]);                                         \
+                    forms[1] = sss_bem__fma##N(along * part, across[k], forms[1]);                                     \
+                }                                                                                                      \
+                for (c = 0; c < 3; c++)                                                                                \
+                {                                                                                                      \
+                    K[q][c] = quarter * (sss_bem__cluster_source##N(m, 0, c, squares, forms)                           \
+                                         + sss_bem__cluster_source##N(m, 1, c, squares, forms));                       \
+                }                                                                                                      \
+            }                                                                                                          \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                const sss_bem__v##N corners = (K[0][c] + K[1][c] + K[2][c]) * sss_bem__set##N(1.0f / 6.0f);            \
+                const sss_bem__v##N shared = sss_bem__fma##N(K[3][c], third, corners);                                 \
+                for (k = 0; k < 3; k++)                                                                                \
+                {                                                                                                      \
+                    sss_bem__store##N(out[k][c] + first, sss_bem__fma##N(half, K[k][c], shared));                      \
                 }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
@@ -1458,10 +1601,6 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
     {                                                                                                                  \
         sss_bem__v##N H[2], p[3][2], t[3][2], length[3], cosine[3], over_area, sliver;                                 \
     } sss_bem__view##N;                                                                                                \
-    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__dot##N(const sss_bem__v##N *a, const sss_bem__v##N *b)   \
-    {                                                                                                                  \
-        return sss_bem__fma##N(a[0], b[0], sss_bem__fma##N(a[1], b[1], a[2] * b[2]));                                  \
-    }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__view_triangle##N(const sss_bem__block *b, int first,              \
                                                                       sss_bem__view##N *v)                             \
     {                                                                                                                  \
@@ -1515,7 +1654,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                                                                            sss_bem__v##N s)                            \
     {                                                                                                                  \
         const sss_bem__v##N guard2 = sss_bem__set##N(m->guard2[kind][c]), square = s * s;                              \
-        const sss_bem__v##N outside = sss_bem__exp##N(sss_bem__set##N(-m->sigma[c]) * s) * sss_bem__over##N(s);        \
+        const sss_bem__v##N outside = sss_bem__exp2##N(sss_bem__set##N(m->decay[c]) * s) * sss_bem__over##N(s);        \
         const sss_bem__v##N inside =                                                                                   \
             sss_bem__fma##N(sss_bem__set##N(0.5f * m->guard_K[kind][c]), guard2 - square,                              \
                             sss_bem__set##N(m->guard_G[kind][c]));                                                     \
@@ -1541,11 +1680,11 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         const sss_bem__v##N middle = product * over_middle;                                                            \
         sss_bem__v##N sum_theta = zero, sum_line = zero;                                                               \
         int i, sign;                                                                                                   \
-        for (i = 0; i < SSS_BEM__NODES; i++)                                                                           \
+        for (i = 0; i < m->nodes; i++)                                                                                 \
         {                                                                                                              \
-            const sss_bem__v##N node = sss_bem__set##N((float)sss_bem__gauss8[i][0]);                                  \
-            const sss_bem__v##N weight = sss_bem__set##N((float)sss_bem__gauss8[i][1]);                                \
-            const sss_bem__v##N step = sss_bem__exp##N(half * node), over_step = sss_bem__over##N(step);               \
+            const sss_bem__v##N node = sss_bem__set##N(1.44269504f * m->node[i]);                                      \
+            const sss_bem__v##N weight = sss_bem__set##N(m->node_weight[i]);                                           \
+            const sss_bem__v##N step = sss_bem__exp2##N(half * node), over_step = sss_bem__over##N(step);              \
             for (sign = 0; sign < 2; sign++)                                                                           \
             {                                                                                                          \
                 const sss_bem__v##N e = middle * (sign ? step : over_step);                                            \
@@ -1626,14 +1765,68 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }
 
+// Receivers to which a triangle is near, and the sum of a row: sss_bem__near_lanes, sss_bem__add_links.
+#define SSS_BEM__DEFINE_ROWS(N)                                                                                        \
+    SSS_BEM__TARGET##N static uint32_t sss_bem__near_lanes##N(const sss_bem__model *m, const sss_bem__lanes *lanes,    \
+                                                              const sss_bem__node *node, const float reach[2])         \
+    {                                                                                                                  \
+        uint32_t bits = 0;                                                                                             \
+        int first, kind;                                                                                               \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            const sss_bem__v##N x = sss_bem__set##N(node->center[0]) - sss_bem__load##N(lanes->x[0] + first);          \
+            const sss_bem__v##N y = sss_bem__set##N(node->center[1]) - sss_bem__load##N(lanes->x[1] + first);          \
+            const sss_bem__v##N z = sss_bem__set##N(node->center[2]) - sss_bem__load##N(lanes->x[2] + first);          \
+            const sss_bem__v##N r2 = sss_bem__fma##N(x, x, sss_bem__fma##N(y, y, z * z));                              \
+            const sss_bem__v##N p = sss_bem__fma##N(                                                                   \
+                x, sss_bem__load##N(lanes->n[0] + first),                                                              \
+                sss_bem__fma##N(y, sss_bem__load##N(lanes->n[1] + first), z * sss_bem__load##N(lanes->n[2] + first))); \
+            for (kind = 0; kind < 2; kind++)                                                                           \
+            {                                                                                                          \
+                const sss_bem__v##N low = sss_bem__set##N(m->height_range[kind][0]);                                   \
+                const sss_bem__v##N high = sss_bem__set##N(m->height_range[kind][1]);                                  \
+                const sss_bem__v##N h = sss_bem__min##N(high, sss_bem__max##N(low, sss_bem__set##N(0.0f) - p));        \
+                const sss_bem__v##N s2 = sss_bem__fma##N(p + p + h, h, r2);                                            \
+                bits |= sss_bem__less_bits##N(s2, sss_bem__set##N(reach[kind] * reach[kind])) << first;                \
+            }                                                                                                          \
+        }                                                                                                              \
+        return bits;                                                                                                   \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__add_links##N(const float (*power)[4], const sss_bem__link *links,          \
+                                                         const sss_bem__link_factor *factors, size_t count,            \
+                                                         float (*light)[SSS_BEM__LANES])                               \
+    {                                                                                                                  \
+        int first;                                                                                                     \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            sss_bem__v##N red = sss_bem__load##N(light[0] + first), green = sss_bem__load##N(light[1] + first);        \
+            sss_bem__v##N blue = sss_bem__load##N(light[2] + first);                                                   \
+            size_t k;                                                                                                  \
+            for (k = 0; k < count; k++)                                                                                \
+            {                                                                                                          \
+                const float *p = power[links[k].node];                                                                 \
+                red = sss_bem__fma##N(sss_bem__set##N(p[0]), sss_bem__load##N(factors[k][0] + first), red);            \
+                green = sss_bem__fma##N(sss_bem__set##N(p[1]), sss_bem__load##N(factors[k][1] + first), green);        \
+                blue = sss_bem__fma##N(sss_bem__set##N(p[2]), sss_bem__load##N(factors[k][2] + first), blue);          \
+            }                                                                                                          \
+            sss_bem__store##N(light[0] + first, red);                                                                  \
+            sss_bem__store##N(light[1] + first, green);                                                                \
+            sss_bem__store##N(light[2] + first, blue);                                                                 \
+        }                                                                                                              \
+    }
+
 SSS_BEM__DEFINE_FUNCTIONS(8)
+SSS_BEM__DEFINE_ROWS(8)
 SSS_BEM__DEFINE_LINKS(8)
+SSS_BEM__DEFINE_QUARTERS(8)
 SSS_BEM__DEFINE_PAIRS(8)
 #endif
 
 #if defined(SSS_BEM__AVX512)
 SSS_BEM__DEFINE_FUNCTIONS(16)
+SSS_BEM__DEFINE_ROWS(16)
 SSS_BEM__DEFINE_LINKS(16)
+SSS_BEM__DEFINE_QUARTERS(16)
 SSS_BEM__DEFINE_PAIRS(16)
 #endif
 
@@ -1656,7 +1849,7 @@ typedef struct sss_bem__row
     uint32_t vertex[SSS_BEM__LANES];
     uint32_t stamp;       // when its links were last brought up to date; 0: never
     uint32_t moved;       // when one of its vertices last moved
-    size_t link_count, pair_count;
+    size_t link_count, pair_count[SSS_BEM__PAIR_KINDS];
     size_t capacity;      // bytes behind data
     unsigned char *data;  // links, their factors, pairs, their factors; NULL: never linked
 } sss_bem__row;
@@ -1671,6 +1864,7 @@ struct sss_bem
     double center[3], scale;   // x' = (x - center) scale, in mesh units: the diagonal becomes 1
     double irradiance_scale;   // E is kept divided by it
     float reach[2][SSS_BEM__CLASSES]; // how far from real, virtual sources a cluster counts as its moments, by size
+    float half_size[SSS_BEM__CLASSES];
     size_t cursor;             // row at which the next update goes on
     size_t vertex_count, triangle_count, node_count, row_count, chunk_count, top_count, depth;
     uint32_t generation;
@@ -2295,6 +2489,19 @@ static void sss_bem__widen(float range[2], float x, int active)
     range[1] = active && (empty || x > range[1]) ? x : range[1];
 }
 
+// Four nodes on an edge leave 1e-3 where the source is nearest to it, eight 1e-5 (tests/test_bem.c).
+static void sss_bem__choose_nodes(sss_bem *b)
+{
+    const double (*rule)[2] = b->options.tolerance >= 3e-3 ? sss_bem__gauss4 : sss_bem__gauss8;
+    int i;
+    b->model.nodes = b->options.tolerance >= 3e-3 ? 2 : 4;
+    for (i = 0; i < b->model.nodes; i++)
+    {
+        b->model.node[i] = (float)rule[i][0];
+        b->model.node_weight[i] = (float)rule[i][1];
+    }
+}
+
 static void sss_bem__set_model(sss_bem *b)
 {
     const double unit = b->scale / b->mm_per_unit; // from mm to fractions of the diagonal
@@ -2314,6 +2521,7 @@ static void sss_bem__set_model(sss_bem *b)
         const double faint = depth > SSS_BEM__MOST_DEPTH ? fit * fit : 1.0;
         const double sigma = active ? sss_bem__min(b->profile.sigma_tr[c] / unit / fit, 1e30) : 0.0;
         b->model.sigma[c] = (float)sigma;
+        b->model.decay[c] = (float)(-sigma / 0.69314718055994531);
         b->model.scale[c] = active ? (float)(b->profile.alpha_p[c] * faint / (4.0 * SSS_BEM__PI)) : 0.0f;
         for (kind = 0; kind < 2; kind++)
         {
@@ -2321,6 +2529,9 @@ static void sss_bem__set_model(sss_bem *b)
             const double guard = sss_bem__max(b->options.guard, 0.0) * z;
             b->model.z[kind][c] = (float)z;
             b->model.height[kind][c] = (float)(kind ? -z : z);
+            b->model.height2[kind][c] = 2.0f * b->model.height[kind][c];
+            b->model.square[kind][c] = b->model.z[kind][c] * b->model.z[kind][c];
+            b->model.weight[kind][c] = b->model.z[kind][c] * b->model.scale[c];
             sss_bem__widen(b->model.height_range[kind], b->model.height[kind][c], active);
             b->model.guard2[kind][c] = (float)(guard * guard);
             b->model.guard_G[kind][c] = guard > 0.0 ? (float)sss_bem__G(sigma, guard) : 0.0f;
@@ -2337,9 +2548,14 @@ static void sss_bem__set_model(sss_bem *b)
 // part of the light and because signs alternate: SSS_BEM__BUDGET.
 #define SSS_BEM__REMAINDER 0.05
 
+static double sss_bem__allowance(double tolerance)
+{
+    return tolerance * sss_bem__min(1.0, pow(tolerance / 0.01, 0.3));
+}
+
 static double sss_bem__widest(double tolerance)
 {
-    return sss_bem__min(2.0, 1.8 * cbrt(tolerance / 0.01));
+    return sss_bem__min(4.0, 3.0 * cbrt(tolerance / 0.01));
 }
 
 static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
@@ -2351,10 +2567,13 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
         const double guarded = sss_bem__max(s, sqrt((double)b->model.guard2[kind][c]));
         const double q = h * (1.0 / guarded + sigma / 3.0);
         const double other = (double)b->model.z[1 - kind][c];
+        const double near_side = sss_bem__max(sss_bem__max(s - 0.5 * h, 0.0), sqrt((double)b->model.guard2[kind][c]));
         const double light = exp(-sigma * (guarded - z)) / (1.0 + exp(-sigma * (other - z))) * z / guarded;
+        const double most =
+            near_side > 0.0 ? light * exp(sigma * (guarded - near_side)) * guarded / near_side : HUGE_VAL;
         if (b->model.scale[c] > 0.0f
-            && (q * q * q * light * SSS_BEM__REMAINDER > 0.7 * b->options.tolerance
-                || (q > sss_bem__widest(b->options.tolerance) && light > 0.01 * b->options.tolerance)))
+            && (q * q * q * light * SSS_BEM__REMAINDER > sss_bem__allowance(b->options.tolerance)
+                || (q > sss_bem__widest(b->options.tolerance) && most > 0.1 * b->options.tolerance)))
         {
             return 0;
         }
@@ -2378,6 +2597,7 @@ static void sss_bem__plan_reach(sss_bem *b)
                 s *= step;
             }
             b->reach[kind][index] = s > least ? (float)s : 0.0f;
+            b->half_size[index] = (float)(0.5 * h);
         }
     }
 }
@@ -2547,7 +2767,18 @@ static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes
 static float sss_bem__node_reach(const sss_bem *b, const sss_bem__node *node, int kind)
 {
     const float reach = b->reach[kind][node->size];
-    return reach > 0.0f && reach < node->radius ? node->radius : reach;
+    const float long_by = node->radius - b->half_size[node->size]; // needles stick out of the size of their class
+    const float needed = long_by > 0.0f ? reach + long_by : reach;
+    return reach > 0.0f ? (needed < node->radius ? node->radius : needed) : 0.0f;
+}
+
+// The same for the quarters of a triangle, half as large.
+static float sss_bem__quarter_reach(const sss_bem *b, const sss_bem__node *node, int kind)
+{
+    const uint32_t classes = 8, half = node->size > classes ? node->size - classes : 0; // 4 to a factor of 2 in h^2
+    const float radius = 0.5f * node->radius, reach = b->reach[kind][half], long_by = radius - b->half_size[half];
+    const float needed = long_by > 0.0f ? reach + long_by : reach;
+    return reach > 0.0f ? (needed < radius ? radius : needed) + 0.5f * radius : 0.0f;
 }
 
 // Whether a cluster is far enough from all sources of a row.
@@ -2568,33 +2799,37 @@ static int sss_bem__row_accepts(const sss_bem *b, const sss_bem__spheres *s, con
     return 1;
 }
 
-// Which receivers of a row take a triangle as a whole. s^2 = r^2 + 2 h p + h^2.
-static uint32_t sss_bem__lanes_that_accept(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node)
+// To which receivers of a row a triangle is near: bits. s^2 = r^2 + 2 h p + h^2, h the nearest of the channels'.
+static uint32_t sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node,
+                                    const float reach[2])
 {
-    uint32_t near_lanes[SSS_BEM__LANES], mask = 0;
-    const float reach[2] = {sss_bem__node_reach(b, node, 0), sss_bem__node_reach(b, node, 1)};
-    const float X = node->center[0], Y = node->center[1], Z = node->center[2];
+    uint32_t bits = 0;
     int lane, kind;
+#if defined(SSS_BEM__AVX512)
+    if (b->options.path == SSS_BEM_PATH_AVX512)
+    {
+        return sss_bem__near_lanes16(&b->model, lanes, node, reach);
+    }
+#endif
+#if defined(SSS_BEM__AVX2)
+    if (b->options.path == SSS_BEM_PATH_AVX2)
+    {
+        return sss_bem__near_lanes8(&b->model, lanes, node, reach);
+    }
+#endif
     for (lane = 0; lane < SSS_BEM__LANES; lane++)
     {
-        const float x = X - lanes->x[0][lane], y = Y - lanes->x[1][lane], z = Z - lanes->x[2][lane];
-        const float r2 = x * x + y * y + z * z;
+        const float x = node->center[0] - lanes->x[0][lane], y = node->center[1] - lanes->x[1][lane];
+        const float z = node->center[2] - lanes->x[2][lane], r2 = x * x + y * y + z * z;
         const float p = x * lanes->n[0][lane] + y * lanes->n[1][lane] + z * lanes->n[2][lane];
-        uint32_t is_near = 0;
         for (kind = 0; kind < 2; kind++)
         {
-            // the nearest point of the segment that holds the channels' sources
             const float *range = b->model.height_range[kind];
             const float h = -p < range[0] ? range[0] : -p > range[1] ? range[1] : -p;
-            is_near |= r2 + (2.0f * p + h) * h < reach[kind] * reach[kind];
+            bits |= (uint32_t)(r2 + (2.0f * p + h) * h < reach[kind] * reach[kind]) << lane;
         }
-        near_lanes[lane] = is_near;
     }
-    for (lane = 0; lane < SSS_BEM__LANES; lane++)
-    {
-        mask |= (near_lanes[lane] ^ 1u) << lane;
-    }
-    return mask;
+    return bits;
 }
 
 // A walk over the tree for one row, depth first, that stops where its buffers are full.
@@ -2606,10 +2841,15 @@ typedef struct sss_bem__walk
     uint32_t lane_mask;  // lanes in use
     int lit_only;        // clusters without light are left out
     uint32_t next;       // node
-    size_t link_count, pair_count;
+    size_t link_count, pair_count[SSS_BEM__PAIR_KINDS];
     sss_bem__link links[SSS_BEM__BATCH];
-    sss_bem__pair pairs[SSS_BEM__BATCH];
+    sss_bem__pair pairs[SSS_BEM__PAIR_KINDS][SSS_BEM__BATCH];
 } sss_bem__walk;
+
+static void sss_bem__empty_walk(sss_bem__walk *w)
+{
+    w->link_count = w->pair_count[SSS_BEM__EDGES] = w->pair_count[SSS_BEM__QUARTERS] = 0;
+}
 
 static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, int lit_only,
                                 sss_bem__walk *w)
@@ -2619,25 +2859,33 @@ static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, s
     w->lane_mask = ((uint32_t)1 << lane_count) - 1;
     w->lit_only = lit_only;
     w->next = 0;
-    w->link_count = w->pair_count = 0;
+    sss_bem__empty_walk(w);
     sss_bem__bound_sources(b, lanes, &w->spheres);
 }
 
-static void sss_bem__emit_near(sss_bem__walk *w, uint32_t node)
+static void sss_bem__emit_near(sss_bem__walk *w, uint32_t index)
 {
-    const uint32_t accepted = sss_bem__lanes_that_accept(w->bem, w->lanes, &w->bem->nodes[node]);
-    uint32_t near_lanes = w->lane_mask & ~accepted, lane;
-    if ((accepted & w->lane_mask) != 0)
+    const sss_bem__node *node = &w->bem->nodes[index];
+    const float whole[2] = {sss_bem__node_reach(w->bem, node, 0), sss_bem__node_reach(w->bem, node, 1)};
+    const float quarter[2] = {sss_bem__quarter_reach(w->bem, node, 0), sss_bem__quarter_reach(w->bem, node, 1)};
+    uint32_t near_lanes = sss_bem__near_lanes(w->bem, w->lanes, node, whole) & w->lane_mask, nearest = 0, lane;
+    if (near_lanes != w->lane_mask)
     {
-        w->links[w->link_count].node = node;
-        w->links[w->link_count++].mask = accepted;
+        w->links[w->link_count].node = index;
+        w->links[w->link_count++].mask = 0xffff & ~near_lanes;
+    }
+    if (near_lanes != 0)
+    {
+        nearest = sss_bem__near_lanes(w->bem, w->lanes, node, quarter);
     }
     for (lane = 0; near_lanes != 0; lane++, near_lanes >>= 1)
     {
         if (near_lanes & 1u)
         {
-            w->pairs[w->pair_count].lane = lane;
-            w->pairs[w->pair_count++].node = node;
+            const int kind = nearest >> lane & 1u ? SSS_BEM__EDGES : SSS_BEM__QUARTERS;
+            sss_bem__pair *pair = &w->pairs[kind][w->pair_count[kind]++];
+            pair->lane = lane;
+            pair->node = index;
         }
     }
 }
@@ -2648,7 +2896,9 @@ static int sss_bem__walk_on(sss_bem__walk *w)
     const sss_bem__node *nodes = w->bem->nodes;
     const uint32_t end = (uint32_t)w->bem->node_count;
     uint32_t i = w->next;
-    while (i < end && w->link_count < SSS_BEM__BATCH && w->pair_count + SSS_BEM__LANES <= SSS_BEM__BATCH)
+    while (i < end && w->link_count < SSS_BEM__BATCH
+           && w->pair_count[SSS_BEM__EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH
+           && w->pair_count[SSS_BEM__QUARTERS] + SSS_BEM__LANES <= SSS_BEM__BATCH)
     {
         const float *power = w->bem->power[i];
         if (w->lit_only && power[0] == 0.0f && power[1] == 0.0f && power[2] == 0.0f)
@@ -2710,62 +2960,91 @@ static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes,
     }
 }
 
-// Factors of up to a block of pairs.
-static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__pair *pairs,
-                                  size_t count, sss_bem__pair_factor out)
+static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__pair *pairs,
+                                size_t count, sss_bem__block *block)
 {
-    sss_bem__block block;
     size_t place;
     int i, k;
     for (place = 0; place < SSS_BEM__LANES; place++)
     {
         const sss_bem__pair *pair = &pairs[place < count ? place : count - 1];
-        const sss_bem__corners *corners = &b->corners[b->nodes[pair->node].triangle];
+        const sss_bem__node *node = &b->nodes[pair->node];
+        const sss_bem__corners *corners = &b->corners[node->triangle];
         for (i = 0; i < 3; i++)
         {
             for (k = 0; k < 3; k++)
             {
-                block.w[k][i][place] = corners->x[k][i] - lanes->x[i][pair->lane];
+                block->w[k][i][place] = corners->x[k][i] - lanes->x[i][pair->lane];
             }
-            block.n[i][place] = lanes->n[i][pair->lane];
-            block.normal[i][place] = corners->normal[i];
+            block->n[i][place] = lanes->n[i][pair->lane];
+            block->normal[i][place] = corners->normal[i];
         }
+        block->area[place] = node->area;
     }
+}
+
+// Factors of up to a block of pairs of one kind.
+static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__pair *pairs, int kind,
+                                  size_t count, sss_bem__pair_factor out)
+{
+    sss_bem__block block;
+    int place;
+    sss_bem__fill_block(b, lanes, pairs, count, &block);
     switch (b->options.path)
     {
 #if defined(SSS_BEM__AVX512)
-    case SSS_BEM_PATH_AVX512: sss_bem__pair_factors16(&b->model, &block, out); break;
+    case SSS_BEM_PATH_AVX512:
+        (kind == SSS_BEM__EDGES ? sss_bem__pair_factors16 : sss_bem__quarter_factors16)(&b->model, &block, out);
+        break;
 #endif
 #if defined(SSS_BEM__AVX2)
-    case SSS_BEM_PATH_AVX2: sss_bem__pair_factors8(&b->model, &block, out); break;
+    case SSS_BEM_PATH_AVX2:
+        (kind == SSS_BEM__EDGES ? sss_bem__pair_factors8 : sss_bem__quarter_factors8)(&b->model, &block, out);
+        break;
 #endif
     default:
-        for (i = 0; i < (int)count; i++)
+        for (place = 0; place < (int)count; place++)
         {
-            sss_bem__triangle_factor(&b->model, &block, i, out);
+            (kind == SSS_BEM__EDGES ? sss_bem__triangle_factor
+                                    : sss_bem__quarter_factor)(&b->model, &block, place, out);
         }
     }
 }
 
-// What a row's receivers gather: clusters and pairs apart, so that the order of either never changes.
+// What a row's receivers gather: clusters and the kinds of pairs apart, so that the order of either never changes.
 typedef struct sss_bem__sums
 {
     float far_light[3][SSS_BEM__LANES];
-    float near_light[3][SSS_BEM__LANES];
+    float near_light[SSS_BEM__PAIR_KINDS][3][SSS_BEM__LANES];
 } sss_bem__sums;
 
 static void sss_bem__add_links(const sss_bem *b, const sss_bem__link *links, const sss_bem__link_factor *factors,
                                size_t count, sss_bem__sums *sums)
 {
+    const float (*power_of)[4] = (const float (*)[4])b->power;
     size_t k;
     int c, lane;
+#if defined(SSS_BEM__AVX512)
+    if (b->options.path == SSS_BEM_PATH_AVX512)
+    {
+        sss_bem__add_links16(power_of, links, factors, count, sums->far_light);
+        return;
+    }
+#endif
+#if defined(SSS_BEM__AVX2)
+    if (b->options.path == SSS_BEM_PATH_AVX2)
+    {
+        sss_bem__add_links8(power_of, links, factors, count, sums->far_light);
+        return;
+    }
+#endif
     for (c = 0; c < 3; c++)
     {
         float light[SSS_BEM__LANES]; // a local sum stays in registers
         memcpy(light, sums->far_light[c], sizeof light);
         for (k = 0; k < count; k++)
         {
-            const float power = b->power[links[k].node][c];
+            const float power = power_of[links[k].node][c];
             for (lane = 0; lane < SSS_BEM__LANES; lane++)
             {
                 light[lane] += power * factors[k][c][lane];
@@ -2776,7 +3055,7 @@ static void sss_bem__add_links(const sss_bem *b, const sss_bem__link *links, con
 }
 
 static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__pair *pairs, const sss_bem__pair_factor factors,
-                               size_t count, sss_bem__sums *sums)
+                               size_t count, float (*light)[SSS_BEM__LANES])
 {
     size_t k;
     int c;
@@ -2785,10 +3064,16 @@ static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__pair *pairs, con
         const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[pairs[k].node].triangle];
         for (c = 0; c < 3; c++)
         {
-            sums->near_light[c][pairs[k].lane] +=
+            light[c][pairs[k].lane] +=
                 E[0][c] * factors[0][c][k] + E[1][c] * factors[1][c][k] + E[2][c] * factors[2][c][k];
         }
     }
+}
+
+static double sss_bem__total(const sss_bem__sums *sums, int c, int lane)
+{
+    return (double)sums->far_light[c][lane] + (double)sums->near_light[SSS_BEM__EDGES][c][lane]
+           + (double)sums->near_light[SSS_BEM__QUARTERS][c][lane];
 }
 
 static void sss_bem__scale_sums(const sss_bem *b, const sss_bem__sums *sums, int lane, float out[3])
@@ -2796,40 +3081,44 @@ static void sss_bem__scale_sums(const sss_bem *b, const sss_bem__sums *sums, int
     int c;
     for (c = 0; c < 3; c++)
     {
-        const double sum = (double)sums->far_light[c][lane] + (double)sums->near_light[c][lane];
-        out[c] = (float)(sum * b->irradiance_scale);
+        out[c] = (float)(sss_bem__total(sums, c, lane) * b->irradiance_scale);
     }
 }
 
 // ---- on the fly ----
 
+// Gathers the complete blocks of pairs, at the end all; what is left moves to the front.
+static void sss_bem__gather_pairs(const sss_bem *b, sss_bem__walk *w, int kind, int all, sss_bem__sums *sums)
+{
+    sss_bem__pair *pairs = w->pairs[kind];
+    size_t done = 0;
+    while (done + SSS_BEM__LANES <= w->pair_count[kind] || (all && done < w->pair_count[kind]))
+    {
+        const size_t count = sss_bem__at_most(w->pair_count[kind] - done, SSS_BEM__LANES);
+        sss_bem__pair_factor factors;
+        sss_bem__pair_factors(b, w->lanes, pairs + done, kind, count, factors);
+        sss_bem__add_pairs(b, pairs + done, (const float (*)[3][SSS_BEM__LANES])factors, count, sums->near_light[kind]);
+        done += count;
+    }
+    w->pair_count[kind] -= done;
+    memmove(pairs, pairs + done, w->pair_count[kind] * sizeof *pairs);
+}
+
 static void sss_bem__gather_row(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, sss_bem__sums *sums)
 {
     sss_bem__walk walk;
-    sss_bem__link_factor link_factors[SSS_BEM__BATCH];
-    sss_bem__pair_factor pair_factors;
+    sss_bem__link_factor factors[SSS_BEM__BATCH];
     int more = 1;
     memset(sums, 0, sizeof *sums);
     sss_bem__start_walk(b, lanes, lane_count, 1, &walk);
     while (more)
     {
-        size_t done;
         more = sss_bem__walk_on(&walk);
-        sss_bem__link_factors(b, lanes, walk.links, walk.link_count, link_factors);
-        sss_bem__add_links(b, walk.links, (const sss_bem__link_factor *)link_factors, walk.link_count, sums);
+        sss_bem__link_factors(b, lanes, walk.links, walk.link_count, factors);
+        sss_bem__add_links(b, walk.links, (const sss_bem__link_factor *)factors, walk.link_count, sums);
         walk.link_count = 0;
-        for (done = 0; done + SSS_BEM__LANES <= walk.pair_count || (!more && done < walk.pair_count);
-             done += SSS_BEM__LANES)
-        {
-            const size_t left = walk.pair_count - done, count = sss_bem__at_most(left, SSS_BEM__LANES);
-            sss_bem__pair_factors(b, lanes, walk.pairs + done, count, pair_factors);
-            sss_bem__add_pairs(b, walk.pairs + done, (const float (*)[3][SSS_BEM__LANES])pair_factors, count, sums);
-        }
-        if (done < walk.pair_count) // an incomplete block waits for more
-        {
-            memmove(walk.pairs, walk.pairs + done, (walk.pair_count - done) * sizeof *walk.pairs);
-        }
-        walk.pair_count = done < walk.pair_count ? walk.pair_count - done : 0;
+        sss_bem__gather_pairs(b, &walk, SSS_BEM__EDGES, !more, sums);
+        sss_bem__gather_pairs(b, &walk, SSS_BEM__QUARTERS, !more, sums);
     }
 }
 
@@ -3110,6 +3399,7 @@ static sss_result sss_bem__fill(sss_bem *b, const sss_mesh *mesh)
         sss_bem__frame_mesh(b, mesh->positions);
         sss_bem__set_positions(b, mesh->positions);
         sss_bem__set_normals(b, mesh->normals, sums);
+        sss_bem__choose_nodes(b);
         sss_bem__set_model(b);
         sss_bem__plan_reach(b);
         for (v = 0; v < b->vertex_count; v++)
@@ -3184,7 +3474,8 @@ SSS_BEM_API void sss_bem_unlink(sss_bem *bem)
     {
         sss_bem__release(&bem->hooks, bem->rows[row].data);
         bem->rows[row].data = NULL;
-        bem->rows[row].capacity = bem->rows[row].link_count = bem->rows[row].pair_count = 0;
+        bem->rows[row].capacity = bem->rows[row].link_count = 0;
+        bem->rows[row].pair_count[SSS_BEM__EDGES] = bem->rows[row].pair_count[SSS_BEM__QUARTERS] = 0;
         bem->rows[row].stamp = 0;
     }
 }
@@ -3477,8 +3768,8 @@ typedef struct sss_bem__stored
 {
     sss_bem__link *links;
     sss_bem__link_factor *link_factors;
-    sss_bem__pair *pairs;
-    sss_bem__pair_factor *pair_factors; // [blocks]
+    sss_bem__pair *pairs[SSS_BEM__PAIR_KINDS];
+    sss_bem__pair_factor *pair_factors[SSS_BEM__PAIR_KINDS]; // [blocks]
 } sss_bem__stored;
 
 static size_t sss_bem__blocks(size_t pair_count)
@@ -3486,22 +3777,33 @@ static size_t sss_bem__blocks(size_t pair_count)
     return (pair_count + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
 }
 
-static size_t sss_bem__stored_bytes(size_t link_count, size_t pair_count)
+static size_t sss_bem__stored_bytes(size_t link_count, const size_t *pair_count)
 {
-    return link_count * (sizeof(sss_bem__link) + sizeof(sss_bem__link_factor)) + pair_count * sizeof(sss_bem__pair)
-           + sss_bem__blocks(pair_count) * sizeof(sss_bem__pair_factor);
+    size_t bytes = link_count * (sizeof(sss_bem__link) + sizeof(sss_bem__link_factor));
+    int kind;
+    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    {
+        bytes += pair_count[kind] * sizeof(sss_bem__pair)
+                 + sss_bem__blocks(pair_count[kind]) * sizeof(sss_bem__pair_factor);
+    }
+    return bytes;
 }
 
-static sss_bem__stored sss_bem__open(unsigned char *data, size_t link_count, size_t pair_count)
+static sss_bem__stored sss_bem__open(unsigned char *data, size_t link_count, const size_t *pair_count)
 {
     sss_bem__stored s;
+    int kind;
     s.link_factors = (sss_bem__link_factor *)(void *)data;
     data += link_count * sizeof *s.link_factors;
-    s.pair_factors = (sss_bem__pair_factor *)(void *)data;
-    data += sss_bem__blocks(pair_count) * sizeof *s.pair_factors;
     s.links = (sss_bem__link *)(void *)data;
     data += link_count * sizeof *s.links;
-    s.pairs = (sss_bem__pair *)(void *)data;
+    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    {
+        s.pair_factors[kind] = (sss_bem__pair_factor *)(void *)data;
+        data += sss_bem__blocks(pair_count[kind]) * sizeof *s.pair_factors[kind];
+        s.pairs[kind] = (sss_bem__pair *)(void *)data;
+        data += pair_count[kind] * sizeof *s.pairs[kind];
+    }
     return s;
 }
 
@@ -3511,6 +3813,7 @@ static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
     sss_bem__stored s;
     sss_bem__sums sums;
     size_t done;
+    int kind;
     if (r->data == NULL)
     {
         sss_bem__shade_row(b, row, radiosity);
@@ -3519,12 +3822,14 @@ static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
     s = sss_bem__open(r->data, r->link_count, r->pair_count);
     memset(&sums, 0, sizeof sums);
     sss_bem__add_links(b, s.links, (const sss_bem__link_factor *)s.link_factors, r->link_count, &sums);
-    for (done = 0; done < r->pair_count; done += SSS_BEM__LANES)
+    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
     {
-        const size_t left = r->pair_count - done;
-        sss_bem__add_pairs(b, s.pairs + done,
-                           (const float (*)[3][SSS_BEM__LANES])s.pair_factors[done / SSS_BEM__LANES],
-                           sss_bem__at_most(left, SSS_BEM__LANES), &sums);
+        for (done = 0; done < r->pair_count[kind]; done += SSS_BEM__LANES)
+        {
+            sss_bem__add_pairs(b, s.pairs[kind] + done,
+                               (const float (*)[3][SSS_BEM__LANES])s.pair_factors[kind][done / SSS_BEM__LANES],
+                               sss_bem__at_most(r->pair_count[kind] - done, SSS_BEM__LANES), sums.near_light[kind]);
+        }
     }
     sss_bem__write_row(b, row, &sums, radiosity);
 }
@@ -3542,7 +3847,7 @@ SSS_BEM_API sss_result sss_bem_render(const sss_bem *bem, float *radiosity)
 typedef struct sss_bem__plan
 {
     size_t row;
-    size_t link_count, pair_count;
+    size_t link_count, pair_count[SSS_BEM__PAIR_KINDS];
     size_t work;          // factors
     unsigned char *data;  // new, or NULL: in place
     int same;             // the lists stay as they are
@@ -3559,7 +3864,7 @@ typedef struct sss_bem__matcher
 {
     const sss_bem__row *row;
     sss_bem__stored old;
-    size_t link, pair;
+    size_t link, pair[SSS_BEM__PAIR_KINDS];
 } sss_bem__matcher;
 
 static void sss_bem__start_matching(const sss_bem__row *r, sss_bem__matcher *m)
@@ -3585,17 +3890,17 @@ static size_t sss_bem__match_link(sss_bem__matcher *m, sss_bem__link link)
                : SIZE_MAX;
 }
 
-static size_t sss_bem__match_pair(sss_bem__matcher *m, sss_bem__pair pair)
+static size_t sss_bem__match_pair(sss_bem__matcher *m, int kind, sss_bem__pair pair)
 {
-    const size_t count = m->row->data != NULL ? m->row->pair_count : 0;
-    while (m->pair < count && (m->old.pairs[m->pair].node < pair.node
-                               || (m->old.pairs[m->pair].node == pair.node && m->old.pairs[m->pair].lane < pair.lane)))
+    const sss_bem__pair *old = m->old.pairs[kind];
+    const size_t count = m->row->data != NULL ? m->row->pair_count[kind] : 0;
+    size_t i = m->pair[kind];
+    while (i < count && (old[i].node < pair.node || (old[i].node == pair.node && old[i].lane < pair.lane)))
     {
-        m->pair++;
+        i++;
     }
-    return m->pair < count && m->old.pairs[m->pair].node == pair.node && m->old.pairs[m->pair].lane == pair.lane
-               ? m->pair
-               : SIZE_MAX;
+    m->pair[kind] = i;
+    return i < count && old[i].node == pair.node && old[i].lane == pair.lane ? i : SIZE_MAX;
 }
 
 static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
@@ -3604,8 +3909,8 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
     sss_bem__matcher matcher;
     sss_bem__walk walk;
     size_t k;
-    int more = 1;
-    plan->link_count = plan->pair_count = plan->work = 0;
+    int more = 1, kind;
+    plan->link_count = plan->pair_count[SSS_BEM__EDGES] = plan->pair_count[SSS_BEM__QUARTERS] = plan->work = 0;
     plan->data = NULL;
     plan->same = r->data != NULL;
     sss_bem__start_matching(r, &matcher);
@@ -3619,17 +3924,24 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
             plan->same &= old == plan->link_count + k;
             plan->work += old != SIZE_MAX && sss_bem__keeps(b, r, walk.links[k].node) ? 0 : r->count;
         }
-        for (k = 0; k < walk.pair_count; k++)
-        {
-            const size_t old = sss_bem__match_pair(&matcher, walk.pairs[k]);
-            plan->same &= old == plan->pair_count + k;
-            plan->work += old != SIZE_MAX && sss_bem__keeps(b, r, walk.pairs[k].node) ? 0 : 1;
-        }
         plan->link_count += walk.link_count;
-        plan->pair_count += walk.pair_count;
-        walk.link_count = walk.pair_count = 0;
+        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+        {
+            for (k = 0; k < walk.pair_count[kind]; k++)
+            {
+                const size_t old = sss_bem__match_pair(&matcher, kind, walk.pairs[kind][k]);
+                plan->same &= old == plan->pair_count[kind] + k;
+                plan->work += old != SIZE_MAX && sss_bem__keeps(b, r, walk.pairs[kind][k].node) ? 0 : 1;
+            }
+            plan->pair_count[kind] += walk.pair_count[kind];
+        }
+        sss_bem__empty_walk(&walk);
     }
-    plan->same &= plan->link_count == r->link_count && plan->pair_count == r->pair_count;
+    plan->same &= plan->link_count == r->link_count;
+    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    {
+        plan->same &= plan->pair_count[kind] == r->pair_count[kind];
+    }
 }
 
 // Computes the factors of links[which[0 .. count-1]] into their places.
@@ -3663,83 +3975,121 @@ static void sss_bem__copy_pair_factor(sss_bem__pair_factor from, size_t from_pla
     }
 }
 
-static void sss_bem__fill_pairs(const sss_bem *b, const sss_bem__lanes *lanes, sss_bem__stored *s, const size_t *which,
-                                size_t count)
+static void sss_bem__fill_pairs(const sss_bem *b, const sss_bem__lanes *lanes, int kind, sss_bem__stored *s,
+                                const size_t *which, size_t count)
 {
     sss_bem__pair pairs[SSS_BEM__LANES] = {{0, 0}};
     sss_bem__pair_factor factors;
     size_t k;
     for (k = 0; k < count; k++)
     {
-        pairs[k] = s->pairs[which[k]];
+        pairs[k] = s->pairs[kind][which[k]];
     }
-    sss_bem__pair_factors(b, lanes, pairs, count, factors);
+    sss_bem__pair_factors(b, lanes, pairs, kind, count, factors);
     for (k = 0; k < count; k++)
     {
-        sss_bem__copy_pair_factor(factors, k, s->pair_factors[which[k] / SSS_BEM__LANES], which[k] % SSS_BEM__LANES);
+        sss_bem__copy_pair_factor(factors, k, s->pair_factors[kind][which[k] / SSS_BEM__LANES],
+                                  which[k] % SSS_BEM__LANES);
     }
 }
 
-// Brings one row up to date, as planned: in place where its lists stay, else into its new data.
-static void sss_bem__update_row(sss_bem *b, const sss_bem__plan *plan)
+// One row being brought up to date, as planned: in place where its lists stay, else into its new data. Factors that
+// cannot be kept wait until there are enough of them.
+typedef struct sss_bem__updating
+{
+    const sss_bem *bem;
+    const sss_bem__plan *plan;
+    sss_bem__stored to;
+    sss_bem__matcher matcher;
+    size_t links, link_wait, pairs[SSS_BEM__PAIR_KINDS], pair_wait[SSS_BEM__PAIR_KINDS];
+    size_t waiting_links[SSS_BEM__BATCH], waiting_pairs[SSS_BEM__PAIR_KINDS][SSS_BEM__LANES];
+} sss_bem__updating;
+
+static void sss_bem__flush_links(sss_bem__updating *u)
+{
+    sss_bem__fill_links(u->bem, &u->bem->lanes[u->plan->row], &u->to, u->waiting_links, u->link_wait);
+    u->link_wait = 0;
+}
+
+static void sss_bem__flush_pairs(sss_bem__updating *u, int kind)
+{
+    if (u->pair_wait[kind] > 0)
+    {
+        sss_bem__fill_pairs(u->bem, &u->bem->lanes[u->plan->row], kind, &u->to, u->waiting_pairs[kind],
+                            u->pair_wait[kind]);
+    }
+    u->pair_wait[kind] = 0;
+}
+
+static void sss_bem__update_link(sss_bem__updating *u, sss_bem__link link)
+{
+    const size_t old = sss_bem__match_link(&u->matcher, link), place = u->links++;
+    u->to.links[place] = link;
+    if (old == SIZE_MAX || !sss_bem__keeps(u->bem, u->matcher.row, link.node))
+    {
+        u->waiting_links[u->link_wait++] = place;
+    }
+    else if (!u->plan->same)
+    {
+        memcpy(u->to.link_factors[place], u->matcher.old.link_factors[old], sizeof u->to.link_factors[place]);
+    }
+    if (u->link_wait == SSS_BEM__BATCH)
+    {
+        sss_bem__flush_links(u);
+    }
+}
+
+static void sss_bem__update_pair(sss_bem__updating *u, int kind, sss_bem__pair pair)
+{
+    const size_t old = sss_bem__match_pair(&u->matcher, kind, pair), place = u->pairs[kind]++;
+    u->to.pairs[kind][place] = pair;
+    if (old == SIZE_MAX || !sss_bem__keeps(u->bem, u->matcher.row, pair.node))
+    {
+        u->waiting_pairs[kind][u->pair_wait[kind]++] = place;
+    }
+    else if (!u->plan->same)
+    {
+        sss_bem__copy_pair_factor(u->matcher.old.pair_factors[kind][old / SSS_BEM__LANES], old % SSS_BEM__LANES,
+                                  u->to.pair_factors[kind][place / SSS_BEM__LANES], place % SSS_BEM__LANES);
+    }
+    if (u->pair_wait[kind] == SSS_BEM__LANES)
+    {
+        sss_bem__flush_pairs(u, kind);
+    }
+}
+
+static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
 {
     const sss_bem__row *r = &b->rows[plan->row];
-    const sss_bem__lanes *lanes = &b->lanes[plan->row];
-    sss_bem__stored s = sss_bem__open(plan->same ? r->data : plan->data, plan->link_count, plan->pair_count);
-    size_t links = 0, pairs = 0, link_wait = 0, pair_wait = 0, k;
-    size_t waiting_links[SSS_BEM__BATCH], waiting_pairs[SSS_BEM__LANES];
-    sss_bem__matcher matcher;
+    sss_bem__updating u;
     sss_bem__walk walk;
-    int more = 1;
-    sss_bem__start_matching(r, &matcher);
-    sss_bem__start_walk(b, lanes, r->count, 0, &walk);
+    size_t k;
+    int more = 1, kind;
+    memset(&u, 0, sizeof u);
+    u.bem = b;
+    u.plan = plan;
+    u.to = sss_bem__open(plan->same ? r->data : plan->data, plan->link_count, plan->pair_count);
+    sss_bem__start_matching(r, &u.matcher);
+    sss_bem__start_walk(b, &b->lanes[plan->row], r->count, 0, &walk);
     while (more)
     {
         more = sss_bem__walk_on(&walk);
-        for (k = 0; k < walk.link_count; k++, links++)
+        for (k = 0; k < walk.link_count; k++)
         {
-            const size_t old = sss_bem__match_link(&matcher, walk.links[k]);
-            s.links[links] = walk.links[k];
-            if (old == SIZE_MAX || !sss_bem__keeps(b, r, walk.links[k].node))
+            sss_bem__update_link(&u, walk.links[k]);
+        }
+        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+        {
+            for (k = 0; k < walk.pair_count[kind]; k++)
             {
-                waiting_links[link_wait++] = links;
-            }
-            else if (!plan->same)
-            {
-                memcpy(s.link_factors[links], matcher.old.link_factors[old], sizeof s.link_factors[links]);
-            }
-            if (link_wait == SSS_BEM__BATCH)
-            {
-                sss_bem__fill_links(b, lanes, &s, waiting_links, link_wait);
-                link_wait = 0;
+                sss_bem__update_pair(&u, kind, walk.pairs[kind][k]);
             }
         }
-        for (k = 0; k < walk.pair_count; k++, pairs++)
-        {
-            const size_t old = sss_bem__match_pair(&matcher, walk.pairs[k]);
-            s.pairs[pairs] = walk.pairs[k];
-            if (old == SIZE_MAX || !sss_bem__keeps(b, r, walk.pairs[k].node))
-            {
-                waiting_pairs[pair_wait++] = pairs;
-            }
-            else if (!plan->same)
-            {
-                sss_bem__copy_pair_factor(matcher.old.pair_factors[old / SSS_BEM__LANES], old % SSS_BEM__LANES,
-                                          s.pair_factors[pairs / SSS_BEM__LANES], pairs % SSS_BEM__LANES);
-            }
-            if (pair_wait == SSS_BEM__LANES)
-            {
-                sss_bem__fill_pairs(b, lanes, &s, waiting_pairs, pair_wait);
-                pair_wait = 0;
-            }
-        }
-        walk.link_count = walk.pair_count = 0;
+        sss_bem__empty_walk(&walk);
     }
-    sss_bem__fill_links(b, lanes, &s, waiting_links, link_wait);
-    if (pair_wait > 0)
-    {
-        sss_bem__fill_pairs(b, lanes, &s, waiting_pairs, pair_wait);
-    }
+    sss_bem__flush_links(&u);
+    sss_bem__flush_pairs(&u, SSS_BEM__EDGES);
+    sss_bem__flush_pairs(&u, SSS_BEM__QUARTERS);
 }
 
 // Rows are planned and updated so many at a time, so that a budget can end between.
@@ -3806,7 +4156,7 @@ static void sss_bem__finish_rows(sss_bem__update *u, size_t count)
             r->data = u->plans[k].data;
             r->capacity = sss_bem__stored_bytes(u->plans[k].link_count, u->plans[k].pair_count);
             r->link_count = u->plans[k].link_count;
-            r->pair_count = u->plans[k].pair_count;
+            memcpy(r->pair_count, u->plans[k].pair_count, sizeof r->pair_count);
         }
         r->stamp = u->bem->generation;
     }
@@ -3909,8 +4259,7 @@ static void sss_bem__trial_task(void *context, size_t begin, size_t end)
         {
             for (c = 0; c < 3; c++)
             {
-                const double a = (double)loose.far_light[c][lane] + (double)loose.near_light[c][lane];
-                const double b = (double)strict.far_light[c][lane] + (double)strict.near_light[c][lane];
+                const double a = sss_bem__total(&loose, c, (int)lane), b = sss_bem__total(&strict, c, (int)lane);
                 t->sums[k][0] += (a - b) * (a - b);
                 t->sums[k][1] += b * b;
             }
@@ -3946,6 +4295,7 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
     }
     *strict = *bem; // shares everything but the distances at which clusters are accepted
     strict->options.tolerance *= 0.1;
+    sss_bem__choose_nodes(strict);
     sss_bem__plan_reach(strict);
     trial.bem = bem;
     trial.strict = strict;
@@ -3993,7 +4343,7 @@ SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
     for (row = 0; row < bem->row_count; row++)
     {
         out->link_count += bem->rows[row].link_count;
-        out->near_count += bem->rows[row].pair_count;
+        out->near_count += bem->rows[row].pair_count[SSS_BEM__EDGES] + bem->rows[row].pair_count[SSS_BEM__QUARTERS];
         out->link_bytes += bem->rows[row].capacity;
     }
     out->pending_rows = sss_bem__pending(bem);
@@ -4031,13 +4381,23 @@ SSS_BEM_API sss_result sss_bem_get_cluster(const sss_bem *bem, size_t index, sss
     return SSS_OK;
 }
 
+// One more cluster of a vertex's list.
+static void sss_bem__list(size_t node, size_t *clusters, size_t capacity, size_t *count)
+{
+    if (clusters != NULL && *count < capacity)
+    {
+        clusters[*count] = node;
+    }
+    ++*count;
+}
+
 SSS_BEM_API sss_result sss_bem_get_links(const sss_bem *bem, size_t vertex, size_t *clusters, size_t capacity,
                                          size_t *count)
 {
     sss_bem__walk walk;
     uint32_t row, lane = 0;
     size_t k;
-    int more = 1;
+    int more = 1, kind;
     if (bem == NULL || count == NULL || vertex >= bem->vertex_count
         || bem->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION)
     {
@@ -4053,18 +4413,24 @@ SSS_BEM_API sss_result sss_bem_get_links(const sss_bem *bem, size_t vertex, size
     while (more)
     {
         more = sss_bem__walk_on(&walk);
-        for (k = 0; k < walk.link_count + walk.pair_count; k++)
+        for (k = 0; k < walk.link_count; k++)
         {
-            const size_t pair = k - walk.link_count;
-            const uint32_t mine = k < walk.link_count ? walk.links[k].mask >> lane & 1u
-                                                      : (uint32_t)(walk.pairs[pair].lane == lane);
-            if (mine && clusters != NULL && *count < capacity)
+            if (walk.links[k].mask >> lane & 1u)
             {
-                clusters[*count] = k < walk.link_count ? walk.links[k].node : walk.pairs[pair].node;
+                sss_bem__list(walk.links[k].node, clusters, capacity, count);
             }
-            *count += mine;
         }
-        walk.link_count = walk.pair_count = 0;
+        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+        {
+            for (k = 0; k < walk.pair_count[kind]; k++)
+            {
+                if (walk.pairs[kind][k].lane == lane)
+                {
+                    sss_bem__list(walk.pairs[kind][k].node, clusters, capacity, count);
+                }
+            }
+        }
+        sss_bem__empty_walk(&walk);
     }
     return SSS_OK;
 }
