@@ -19,7 +19,7 @@
 #include "common/scenes.h"
 #include "common/threads.h"
 
-enum { SIDE = 900, TILES = 5, TILE = 192, TILE_HIGH = 4 * TILE / 3 }; // of the window, and of pictures in the strip
+enum { SIDE = 900, TILES = 5, TILE = 216, TILE_HIGH = 4 * TILE / 3 }; // of the window, and of pictures in the strip
 enum { MOVE, LIGHT, SCATTER, DRAW, STAGES };
 static const char *const stage_names[STAGES] = {"move", "irradiance", "scatter", "draw"};
 static const char *const materials[] = {"candle wax", "skimmilk", "marble", "wholemilk", "skin1", "ketchup"};

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Bakes the bunny in four materials and four sizes under one light, and lays the pictures out on one sheet,
-# examples/pictures/gallery.png, with diffuse reflection alone in the last column.      sh examples/gallery.sh
-#   Needs build/bake, build/models/bunny.glb (make demo brings both), ImageMagick and the DejaVu fonts.
+# examples/pictures/gallery.png, with diffuse reflection alone in the last column. Before that the objects of build/bem
+# that deform, examples/pictures/bem.png.      sh examples/gallery.sh
+#   Needs build/bake, build/bem, build/models/bunny.glb (make demo brings them), ImageMagick and the DejaVu fonts.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -9,7 +10,7 @@ out=examples/pictures/gallery.png
 work=build/gallery
 font=/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 bold=/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf
-for need in build/bake build/models/bunny.glb; do
+for need in build/bake build/bem build/models/bunny.glb; do
     [ -e "$need" ] || { echo "gallery.sh: $need is missing; run: make demo" >&2; exit 1; }
 done
 if ! command -v convert >/dev/null 2>&1 || ! [ -e $font ] || ! [ -e $bold ]; then
@@ -17,6 +18,13 @@ if ! command -v convert >/dev/null 2>&1 || ! [ -e $font ] || ! [ -e $bold ]; the
     exit 1
 fi
 mkdir -p "$work" "$(dirname "$out")"
+
+# ---- objects that deform ----
+
+small="-depth 8 -strip -define png:compression-level=9 -define png:exclude-chunks=date,time"
+build/bem --headless "$work/strip.png"
+convert "$work/strip.png" $small "$work/bem.png"
+mv "$work/bem.png" "$(dirname "$out")/bem.png"
 
 # ---- the same light and camera for all ----
 
@@ -101,6 +109,6 @@ set -- "$@" -gravity SouthWest -font $font -pointsize 21 -fill "$faint" -annotat
     "sss_dipole.h, direct gather: every one of 34,835 vertices from every one of 69,666 triangles. \
 Each picture is exposed for itself."
 
-convert "$@" -depth 8 -strip -define png:compression-level=9 -define png:exclude-chunks=date,time "$work/gallery.png"
+convert "$@" $small "$work/gallery.png"
 mv "$work/gallery.png" "$out"
 echo "gallery: $out, $(($(date +%s) - start)) s"
