@@ -10,7 +10,7 @@
 #define SSS_BEM_IMPLEMENTATION
 #include "../../sss_bem.h"
 
-#include "../common/reference.h"
+#include "../common/default_guard.h"
 #include "../common/test.h"
 #include "objects.h"
 
@@ -22,7 +22,7 @@
 static const double PI = 3.14159265358979323846;
 static const double TOLERANCE = 1e-2;
 static const double TRUTH_TOLERANCE = 1e-4;
-static const double DEFAULT_GUARD = 0.25; // what 0 means in sss_bem_options
+static double g_guard; // the default one
 
 static FILE *g_csv; // NULL: the short version
 static const double no_value = -1.0;
@@ -44,7 +44,7 @@ static void record(const char *sweep, double x, const outcome *o, double value, 
 // the two sources gives at most 3 pi/guard alpha'/(4 pi) more where it lies close to a surface (sss_bem_options.guard).
 static double brightest(double E)
 {
-    return E * (1.0 + 2.0 * 3.0 / (4.0 * DEFAULT_GUARD));
+    return E * (1.0 + 2.0 * 3.0 / (4.0 * g_guard));
 }
 
 // What every step has to hold. `whole`: the outcome is of all receivers.
@@ -61,7 +61,7 @@ static void check_step(const char *sweep, double x, const outcome *o, double E)
 static int shade_and_compare(object *o, outcome *result)
 {
     double predicted;
-    if (object_find_truth(o, DEFAULT_GUARD, TRUTH_TOLERANCE) != 0 || object_shade(o, TOLERANCE, 0.0, &predicted) != 0)
+    if (object_find_truth(o, g_guard, TRUTH_TOLERANCE) != 0 || object_shade(o, TOLERANCE, 0.0, &predicted) != 0)
     {
         return 1;
     }
@@ -424,8 +424,8 @@ static void approach(void)
         test_about("H/z %.3g", share);
         // The receiver's position in float moves the source by up to 2^-23 of z, so that 2 pi z/H is off by as much.
         CHECK_REL(without, exact, 2e-3 + 3e-7 / share);
-        CHECK_BELOW(with, o.profile.alpha_p[1] * 2.0 * 3.0 / (4.0 * DEFAULT_GUARD));
-        if (share >= DEFAULT_GUARD) CHECK_REL(with, exact, 2e-3);
+        CHECK_BELOW(with, o.profile.alpha_p[1] * 2.0 * 3.0 / (4.0 * g_guard));
+        if (share >= g_guard) CHECK_REL(with, exact, 2e-3);
         else CHECK_BELOW(with, without * 1.002);
         record("approach unguarded", share, &plain, without, exact);
         record("approach guarded", share, &guarded, with, exact);
@@ -494,7 +494,7 @@ static void squash(void)
         mesh_vertex_areas(&o.mesh, o.areas);
         CHECK_EQUAL(object_light(&o, 0.5, 0.0, 1.0), 0);
         CHECK_EQUAL(next_frame(kept, &o), SSS_OK);
-        CHECK_EQUAL(object_find_truth(&o, DEFAULT_GUARD, TRUTH_TOLERANCE), 0);
+        CHECK_EQUAL(object_find_truth(&o, g_guard, TRUTH_TOLERANCE), 0);
         moved = object_compare(&o, 0, o.count);
         memcpy(last, o.radiosity, 3 * V * sizeof(float));
         CHECK_EQUAL(object_shade(&o, TOLERANCE, 0.0, &predicted), 0);
@@ -581,6 +581,7 @@ int main(int argc, char **argv)
         argv += 2;
         argc -= 2;
     }
+    g_guard = default_guard();
     const int status = test_main(argc, argv, "stability of sss_bem.h", tests, sizeof tests / sizeof *tests);
     if (g_csv && fclose(g_csv) != 0)
     {

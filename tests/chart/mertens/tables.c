@@ -6,6 +6,7 @@
 #include "../../../examples/common/threads.h"
 #include "../../../sss_bem.h"
 #include "../../../sss_dipole.h"
+#include "../../common/default_guard.h"
 #include "../../common/reference.h"
 #include "../../common/test.h"
 #include "mertens.h"
@@ -22,7 +23,6 @@ enum
     RUNS_MOST = 25
 };
 static const double TOLERANCE = 1e-2;
-static const double GUARD = 0.25; // the default; the reference's as well
 
 static const char *oracle_name(sss_bem_oracle oracle)
 {
@@ -56,7 +56,7 @@ static void free_scene(scene *s)
 // Vertices spread over the mesh, and their converged radiosity.
 static int find_truth(const mertens_settings *settings, scene *s)
 {
-    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-4, GUARD};
+    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-4, default_guard()};
     const size_t V = s->mesh.vertex_count;
     const size_t wanted = V > 200000 ? settings->receivers / 3 + 1 : settings->receivers;
     s->count = V < wanted ? V : wanted;
