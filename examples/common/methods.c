@@ -114,8 +114,8 @@ static void announce(double seconds, const method_job *job)
     snprintf(text, sizeof text, seconds < 120.0 ? "%.0f s" : seconds < 7200.0 ? "%.0f min" : "%.1f h",
              seconds < 120.0 ? seconds : seconds < 7200.0 ? seconds / 60.0 : seconds / 3600.0);
     fprintf(stderr, "gathering %zu receivers from %zu triangles: about %s on %d thread%s\n"
-            "(--method bem, with sources placed at the receivers, takes a small part of that)\n", job->mesh.vertex_count,
-            job->mesh.triangle_count, text, job->threads, job->threads == 1 ? "" : "s");
+            "(--method bem, with sources placed at the receivers, takes a small part of that)\n",
+            job->mesh.vertex_count, job->mesh.triangle_count, text, job->threads, job->threads == 1 ? "" : "s");
 }
 
 static void report_direct(const sss_dipole_gather_stats *s, method_result *result)
