@@ -639,6 +639,73 @@ static int sss_bem__normal(const double *corners, size_t count, double normal[3]
     return length > 0.0;
 }
 
+// A vector as the sum of two, the second of which holds what the first one's rounding lost.
+typedef struct sss_bem__exact
+{
+    double high[3], low[3];
+} sss_bem__exact;
+
+static double sss_bem__sum_error(double a, double b, double sum) // Knuth
+{
+    const double b_part = sum - a;
+    return (a - (sum - b_part)) + (b - b_part);
+}
+
+static void sss_bem__exact_difference(const double a[3], const double b[3], sss_bem__exact *out)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        out->high[i] = a[i] - b[i];
+        out->low[i] = sss_bem__sum_error(a[i], -b[i], out->high[i]);
+    }
+}
+
+// Adds a x b to sum.
+static void sss_bem__add_cross(const sss_bem__exact *a, const sss_bem__exact *b, sss_bem__exact *sum)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const double p = a->high[j] * b->high[k], q = a->high[k] * b->high[j], high = p - q;
+        const double low = sss_bem__sum_error(p, -q, high)
+                           + (sss_bem__product_error(a->high[j], b->high[k], p)
+                              - sss_bem__product_error(a->high[k], b->high[j], q))
+                           + (a->high[j] * b->low[k] + a->low[j] * b->high[k])
+                           - (a->high[k] * b->low[j] + a->low[k] * b->high[j]);
+        const double total = sum->high[i] + high;
+        sum->low[i] += sss_bem__sum_error(sum->high[i], high, total) + low;
+        sum->high[i] = total;
+    }
+}
+
+// Height of the source over the plane, with its own relative accuracy: at a height of 1e-8 of the size a rounded normal
+// would leave 1e-8 of it.
+static double sss_bem__height(const double *corners, size_t count, const double source[3], size_t base)
+{
+    sss_bem__exact a, b, d, normal;
+    double sum = 0.0, rest = 0.0;
+    size_t k;
+    int i;
+    memset(&normal, 0, sizeof normal);
+    for (k = 1; k + 1 < count; k++)
+    {
+        sss_bem__exact_difference(corners + 3 * k, corners, &a);
+        sss_bem__exact_difference(corners + 3 * (k + 1), corners, &b);
+        sss_bem__add_cross(&a, &b, &normal);
+    }
+    sss_bem__exact_difference(corners + 3 * base, source, &d);
+    for (i = 0; i < 3; i++)
+    {
+        const double product = d.high[i] * normal.high[i], total = sum + product;
+        rest += sss_bem__sum_error(sum, product, total) + sss_bem__product_error(d.high[i], normal.high[i], product)
+                + d.high[i] * normal.low[i] + d.low[i] * normal.high[i];
+        sum = total;
+    }
+    return fabs(sum + rest) / sss_bem__length(normal.high);
+}
+
 // Two unit vectors that span the plane, right-handed with the normal.
 static void sss_bem__frame(const double n[3], double u[3], double v[3])
 {
@@ -700,8 +767,10 @@ static void sss_bem__choose_reference(sss_bem__flat *f, int inside, double dista
     f->C = f->s_c > 0.0 ? sss_bem__G(f->sigma, f->s_c) : 0.0;
 }
 
-static void sss_bem__choose_rule(sss_bem__flat *f, double tolerance)
+// Along slim polygons long edges cancel: their allowance is the narrower for it.
+static void sss_bem__choose_rule(sss_bem__flat *f, double tolerance, double slimness)
 {
+    tolerance /= slimness > 1.0 ? slimness : 1.0;
     f->rule = tolerance >= 1e-4 ? sss_bem__gauss4 : tolerance >= 1e-8 ? sss_bem__gauss8 : sss_bem__gauss16;
     f->rule_size = tolerance >= 1e-4 ? 2 : tolerance >= 1e-8 ? 4 : 8;
     f->reach = tolerance >= 1e-4 ? 12.0 : tolerance >= 1e-8 ? 22.0 : 45.0;
@@ -712,7 +781,7 @@ static int sss_bem__flatten(const double *corners, size_t count, const double so
                             double tolerance, sss_bem__flat *f, double u[3], double v[3], size_t *base)
 {
     double normal[3], d[3], nearest = HUGE_VAL;
-    double center[2] = {0.0, 0.0}, angle = 0.0, distance = HUGE_VAL, extent = 0.0;
+    double center[2] = {0.0, 0.0}, angle = 0.0, distance = HUGE_VAL, extent = 0.0, perimeter = 0.0, area2 = 0.0;
     size_t k;
     if (!sss_bem__normal(corners, count, normal))
     {
@@ -730,7 +799,7 @@ static int sss_bem__flatten(const double *corners, size_t count, const double so
     }
     sss_bem__subtract(corners + 3 * *base, source, d);
     f->sigma = sigma;
-    f->H = fabs(sss_bem__dot(d, normal));
+    f->H = sss_bem__height(corners, count, source, *base);
     f->base[0] = sss_bem__dot(d, u);
     f->base[1] = sss_bem__dot(d, v);
     for (k = 0; k < count; k++)
@@ -742,6 +811,8 @@ static int sss_bem__flatten(const double *corners, size_t count, const double so
         a[1] = f->base[1] + from[1];
         b[0] = f->base[0] + to[0];
         b[1] = f->base[1] + to[1];
+        perimeter += sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]));
+        area2 += from[0] * to[1] - from[1] * to[0];
         angle += atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
         distance = sss_bem__min(distance, sss_bem__edge_distance(f, from, to));
         extent = sss_bem__max(extent, sqrt(from[0] * from[0] + from[1] * from[1]));
@@ -749,7 +820,7 @@ static int sss_bem__flatten(const double *corners, size_t count, const double so
         center[1] += from[1] / (double)count;
     }
     sss_bem__choose_reference(f, fabs(angle) > SSS_BEM__PI, distance, extent, center);
-    sss_bem__choose_rule(f, tolerance);
+    sss_bem__choose_rule(f, tolerance, area2 > 0.0 ? perimeter * perimeter / (8.0 * area2) : HUGE_VAL);
     return 1;
 }
 
@@ -940,13 +1011,14 @@ enum
     SSS_BEM__LANES = 16,  // receivers in a row: those share their links
     SSS_BEM__CLASSES = 256, // of sizes of clusters
     SSS_BEM__BATCH = 64,  // links, or pairs, whose factors are computed at a time
-    SSS_BEM__SLIVER = 1000, // longest edge over height, above which a triangle counts as a sliver
+    SSS_BEM__SLIVER = 10000, // longest edge over height, above which a triangle counts as a sliver
 };
 
 // How a pair is computed: by the edges' integrals, or, a little farther away, by the moments of the four quarters.
 enum
 {
     SSS_BEM__EDGES = 0,
+    SSS_BEM__LONG_EDGES, // of a triangle much larger than its distance: more nodes
     SSS_BEM__QUARTERS,
     SSS_BEM__PAIR_KINDS
 };
@@ -973,6 +1045,13 @@ typedef struct sss_bem__lanes
     float n[3][SSS_BEM__LANES];
 } sss_bem__lanes;
 
+// A Gauss rule on [-1, 1]: its nodes > 0, which stand for two each.
+typedef struct sss_bem__rule
+{
+    int count;
+    float node[8], weight[8];
+} sss_bem__rule;
+
 // The six sources: [0] real, [1] virtual.
 typedef struct sss_bem__model
 {
@@ -984,8 +1063,7 @@ typedef struct sss_bem__model
     float height_range[2][2]; // of the channels that scatter
     float sigma[3];
     float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
-    int nodes;           // of the Gauss rule on half of an edge: twice as many on all of it
-    float node[4], node_weight[4];
+    sss_bem__rule rule[2]; // of edges, of long edges
     float height2[2][3], square[2][3], weight[2][3], decay[3]; // 2 h, h^2, z scale, -sigma/ln 2: for the registers
 } sss_bem__model;
 
@@ -1015,6 +1093,20 @@ typedef float sss_bem__link_factor[3][SSS_BEM__LANES];
 typedef float sss_bem__pair_factor[3][3][SSS_BEM__LANES];
 
 // ---- the formulas, in plain C ----
+
+// Gauss's rule with so many nodes on an edge: 4, 8 or 16.
+static void sss_bem__set_rule(int nodes, sss_bem__rule *out)
+{
+    const double (*rule)[2] = nodes == 4 ? sss_bem__gauss4 : nodes == 8 ? sss_bem__gauss8 : sss_bem__gauss16;
+    int i;
+    memset(out, 0, sizeof *out);
+    out->count = nodes / 2;
+    for (i = 0; i < out->count; i++)
+    {
+        out->node[i] = (float)rule[i][0];
+        out->weight[i] = (float)rule[i][1];
+    }
+}
 
 // A cluster's area integral of one source, per area, by the moments of its area about the centroid:
 //     mean of K(|x - d|) = K + 1/2 C : grad grad K,   K = (1 + sigma s) exp(-sigma s)/s^3,
@@ -1194,8 +1286,8 @@ static float sss_bem__guarded_G(const sss_bem__model *m, int kind, int c, float 
 
 // int (C - G) dtheta and int (C - G) dt along an edge. With t = S sinh w, S^2 = p^2 + H^2, s is S cosh w, dt is s dw:
 // the integrand is smooth in w however close the source is to the edge, and a long edge is short in w.
-static void sss_bem__edge_integrals(const sss_bem__model *m, int kind, int c, float p, float H, float t_1, float length,
-                                    float C, float *theta, float *line)
+static void sss_bem__edge_integrals(const sss_bem__model *m, const sss_bem__rule *rule, int kind, int c, float p,
+                                    float H, float t_1, float length, float C, float *theta, float *line)
 {
     const float part = 1e-6f * length; // keeps t/S finite; far below what G can tell apart
     const float least = part > SSS_BEM__TINY ? part : SSS_BEM__TINY;
@@ -1207,14 +1299,14 @@ static void sss_bem__edge_integrals(const sss_bem__model *m, int kind, int c, fl
     const float half = 0.5f * logf(high / low), middle = sqrtf(low * high);
     float sum_theta = 0.0f, sum_line = 0.0f;
     int i, sign;
-    for (i = 0; i < m->nodes; i++)
+    for (i = 0; i < rule->count; i++)
     {
-        const float step = expf(half * m->node[i]);
+        const float step = expf(half * rule->node[i]);
         for (sign = 0; sign < 2; sign++)
         {
             const float e = sign ? middle * step : middle / step; // exp(w)
             const float s = 0.5f * S * (e + 1.0f / e), t = 0.5f * S * (e - 1.0f / e);
-            const float term = m->node_weight[i] * (C - sss_bem__guarded_G(m, kind, c, s)) * s;
+            const float term = rule->weight[i] * (C - sss_bem__guarded_G(m, kind, c, s)) * s;
             sum_theta += term / (p * p + t * t + least * least);
             sum_line += term;
         }
@@ -1243,7 +1335,8 @@ static float sss_bem__nearest(const sss_bem__view *v, const float p[3], const fl
 }
 
 // Factors for the irradiance at the three corners, of one source; compare sss_bem__linear_parts.
-static void sss_bem__triangle_source(const sss_bem__model *m, int kind, int c, const sss_bem__view *v, float out[3])
+static void sss_bem__triangle_source(const sss_bem__model *m, const sss_bem__rule *rule, int kind, int c,
+                                     const sss_bem__view *v, float out[3])
 {
     const float h = m->height[kind][c], H = v->H[0] + h * v->H[1];
     float p[3], t[3], line[3], theta = 0.0f, nearest, C;
@@ -1258,7 +1351,7 @@ static void sss_bem__triangle_source(const sss_bem__model *m, int kind, int c, c
     for (k = 0; k < 3; k++)
     {
         float edge_theta;
-        sss_bem__edge_integrals(m, kind, c, p[k], H, t[k], v->length[k], C, &edge_theta, &line[k]);
+        sss_bem__edge_integrals(m, rule, kind, c, p[k], H, t[k], v->length[k], C, &edge_theta, &line[k]);
         theta += edge_theta;
     }
     for (k = 0; k < 3; k++) // corner k, opposite edge k + 1
@@ -1271,8 +1364,8 @@ static void sss_bem__triangle_source(const sss_bem__model *m, int kind, int c, c
 }
 
 // One pair of a block.
-static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__block *b, int place,
-                                     sss_bem__pair_factor out)
+static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__rule *rule, const sss_bem__block *b,
+                                     int place, sss_bem__pair_factor out)
 {
     sss_bem__view v;
     float w[3][3], n[3], normal[3];
@@ -1290,8 +1383,8 @@ static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__blo
     for (c = 0; c < 3; c++)
     {
         float real[3], virtual_source[3];
-        sss_bem__triangle_source(m, 0, c, &v, real);
-        sss_bem__triangle_source(m, 1, c, &v, virtual_source);
+        sss_bem__triangle_source(m, rule, 0, c, &v, real);
+        sss_bem__triangle_source(m, rule, 1, c, &v, virtual_source);
         for (k = 0; k < 3; k++)
         {
             out[k][c][place] = m->scale[c] * (real[k] + virtual_source[k]);
@@ -1661,8 +1754,8 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         return sss_bem__less##N(square, guard2, inside, outside);                                                      \
     }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__edge_integrals##N(                                                \
-        const sss_bem__model *m, int kind, int c, sss_bem__v##N p, sss_bem__v##N H, sss_bem__v##N t_1,                 \
-        sss_bem__v##N length, sss_bem__v##N C, sss_bem__v##N *theta, sss_bem__v##N *line)                              \
+        const sss_bem__model *m, const sss_bem__rule *rule, int kind, int c, sss_bem__v##N p, sss_bem__v##N H,         \
+        sss_bem__v##N t_1, sss_bem__v##N length, sss_bem__v##N C, sss_bem__v##N *theta, sss_bem__v##N *line)           \
     {                                                                                                                  \
         const sss_bem__v##N zero = sss_bem__set##N(0.0f), one = sss_bem__set##N(1.0f);                                 \
         const sss_bem__v##N least = sss_bem__max##N(sss_bem__set##N(1e-6f) * length, sss_bem__set##N(1e-18f));         \
@@ -1680,10 +1773,10 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         const sss_bem__v##N middle = product * over_middle;                                                            \
         sss_bem__v##N sum_theta = zero, sum_line = zero;                                                               \
         int i, sign;                                                                                                   \
-        for (i = 0; i < m->nodes; i++)                                                                                 \
+        for (i = 0; i < rule->count; i++)                                                                              \
         {                                                                                                              \
-            const sss_bem__v##N node = sss_bem__set##N(1.44269504f * m->node[i]);                                      \
-            const sss_bem__v##N weight = sss_bem__set##N(m->node_weight[i]);                                           \
+            const sss_bem__v##N node = sss_bem__set##N(1.44269504f * rule->node[i]);                                   \
+            const sss_bem__v##N weight = sss_bem__set##N(rule->weight[i]);                                             \
             const sss_bem__v##N step = sss_bem__exp2##N(half * node), over_step = sss_bem__over##N(step);              \
             for (sign = 0; sign < 2; sign++)                                                                           \
             {                                                                                                          \
@@ -1714,8 +1807,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         square = sss_bem__max##N(sss_bem__fma##N(H, H, nearest2), sss_bem__set##N(1e-36f));                            \
         return square * sss_bem__rsqrt##N(square);                                                                     \
     }                                                                                                                  \
-    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__triangle_source##N(const sss_bem__model *m, int kind, int c,      \
-                                                                        const sss_bem__view##N *v, sss_bem__v##N *out) \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__triangle_source##N(                                               \
+        const sss_bem__model *m, const sss_bem__rule *rule, int kind, int c, const sss_bem__view##N *v,                \
+        sss_bem__v##N *out)                                                                                            \
     {                                                                                                                  \
         const sss_bem__v##N h = sss_bem__set##N(m->height[kind][c]), H = sss_bem__fma##N(h, v->H[1], v->H[0]);         \
         const sss_bem__v##N weight = sss_bem__set##N(m->z[kind][c] * m->scale[c]), zero = sss_bem__set##N(0.0f);       \
@@ -1730,7 +1824,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         for (k = 0; k < 3; k++)                                                                                        \
         {                                                                                                              \
             sss_bem__v##N edge_theta;                                                                                  \
-            sss_bem__edge_integrals##N(m, kind, c, p[k], H, t[k], v->length[k], C, &edge_theta, &line[k]);             \
+            sss_bem__edge_integrals##N(m, rule, kind, c, p[k], H, t[k], v->length[k], C, &edge_theta, &line[k]);       \
             theta = theta + edge_theta;                                                                                \
         }                                                                                                              \
         for (k = 0; k < 3; k++)                                                                                        \
@@ -1743,8 +1837,8 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             out[k] = out[k] + weight * sss_bem__less##N(zero, v->sliver, flat, linear);                                \
         }                                                                                                              \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__pair_factors##N(const sss_bem__model *m, const sss_bem__block *b,          \
-                                                            sss_bem__pair_factor out)                                  \
+    SSS_BEM__TARGET##N static void sss_bem__pair_factors##N(const sss_bem__model *m, const sss_bem__rule *rule,        \
+                                                            const sss_bem__block *b, sss_bem__pair_factor out)         \
     {                                                                                                                  \
         int first, c, k;                                                                                               \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
@@ -1755,8 +1849,8 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             {                                                                                                          \
                 sss_bem__v##N sum[3];                                                                                  \
                 sum[0] = sum[1] = sum[2] = sss_bem__set##N(0.0f);                                                      \
-                sss_bem__triangle_source##N(m, 0, c, &v, sum);                                                         \
-                sss_bem__triangle_source##N(m, 1, c, &v, sum);                                                         \
+                sss_bem__triangle_source##N(m, rule, 0, c, &v, sum);                                                   \
+                sss_bem__triangle_source##N(m, rule, 1, c, &v, sum);                                                   \
                 for (k = 0; k < 3; k++)                                                                                \
                 {                                                                                                      \
                     sss_bem__store##N(out[k][c] + first, sum[k]);                                                      \
@@ -1862,6 +1956,7 @@ struct sss_bem
     sss_bem__model model;
     double mm_per_unit;
     double center[3], scale;   // x' = (x - center) scale, in mesh units: the diagonal becomes 1
+    float long_radius;         // triangles larger than this have long edges: several times the least height of a source
     double irradiance_scale;   // E is kept divided by it
     float reach[2][SSS_BEM__CLASSES]; // how far from real, virtual sources a cluster counts as its moments, by size
     float half_size[SSS_BEM__CLASSES];
@@ -2482,6 +2577,8 @@ static void sss_bem__go_up(sss_bem *b, void (*visit)(sss_bem *b, size_t index))
 #define SSS_BEM__LEAST_DEPTH 1e-9
 #define SSS_BEM__MOST_DEPTH 1e6
 
+#define SSS_BEM__LONG 4.0 // heights
+
 static void sss_bem__widen(float range[2], float x, int active)
 {
     const int empty = range[0] == 0.0f && range[1] == 0.0f; // no source lies at the height 0
@@ -2489,21 +2586,18 @@ static void sss_bem__widen(float range[2], float x, int active)
     range[1] = active && (empty || x > range[1]) ? x : range[1];
 }
 
-// Four nodes on an edge leave 1e-3 where the source is nearest to it, eight 1e-5 (tests/test_bem.c).
-static void sss_bem__choose_nodes(sss_bem *b)
+// Gauss nodes on an edge, in the variable w. On edges ten times as long as the source is far away, 4 leave about 1e-2
+// of a pair, 8 1e-3, 16 1e-6: the integrand's nearest singularity is pi/2 away.
+static void sss_bem__choose_rules(sss_bem *b)
 {
-    const double (*rule)[2] = b->options.tolerance >= 3e-3 ? sss_bem__gauss4 : sss_bem__gauss8;
-    int i;
-    b->model.nodes = b->options.tolerance >= 3e-3 ? 2 : 4;
-    for (i = 0; i < b->model.nodes; i++)
-    {
-        b->model.node[i] = (float)rule[i][0];
-        b->model.node_weight[i] = (float)rule[i][1];
-    }
+    const double tolerance = b->options.tolerance;
+    sss_bem__set_rule(tolerance >= 3e-3 ? 4 : tolerance >= 1e-3 ? 8 : 16, &b->model.rule[0]);
+    sss_bem__set_rule(16, &b->model.rule[1]);
 }
 
 static void sss_bem__set_model(sss_bem *b)
 {
+    float least = HUGE_VALF;
     const double unit = b->scale / b->mm_per_unit; // from mm to fractions of the diagonal
     int kind, c;
     for (kind = 0; kind < 2; kind++)
@@ -2532,6 +2626,7 @@ static void sss_bem__set_model(sss_bem *b)
             b->model.height2[kind][c] = 2.0f * b->model.height[kind][c];
             b->model.square[kind][c] = b->model.z[kind][c] * b->model.z[kind][c];
             b->model.weight[kind][c] = b->model.z[kind][c] * b->model.scale[c];
+            least = active && b->model.z[kind][c] < least ? b->model.z[kind][c] : least;
             sss_bem__widen(b->model.height_range[kind], b->model.height[kind][c], active);
             b->model.guard2[kind][c] = (float)(guard * guard);
             b->model.guard_G[kind][c] = guard > 0.0 ? (float)sss_bem__G(sigma, guard) : 0.0f;
@@ -2539,6 +2634,7 @@ static void sss_bem__set_model(sss_bem *b)
                 guard > 0.0 ? (float)((1.0 + sigma * guard) * sss_bem__G(sigma, guard) / (guard * guard)) : 0.0f;
         }
     }
+    b->long_radius = (float)(SSS_BEM__LONG * (double)least);
 }
 
 // The remainder behind the second moments of a cluster of size h at the distance s, over the whole light of the dipole:
@@ -2772,13 +2868,14 @@ static float sss_bem__node_reach(const sss_bem *b, const sss_bem__node *node, in
     return reach > 0.0f ? (needed < node->radius ? node->radius : needed) : 0.0f;
 }
 
-// The same for the quarters of a triangle, half as large.
+// The same for the quarters of a triangle, half as large, whose centroids lie within half of its radius. Where the size
+// of a quarter decides, three of the four are farther away, and half of that distance does.
 static float sss_bem__quarter_reach(const sss_bem *b, const sss_bem__node *node, int kind)
 {
     const uint32_t classes = 8, half = node->size > classes ? node->size - classes : 0; // 4 to a factor of 2 in h^2
     const float radius = 0.5f * node->radius, reach = b->reach[kind][half], long_by = radius - b->half_size[half];
     const float needed = long_by > 0.0f ? reach + long_by : reach;
-    return reach > 0.0f ? (needed < radius ? radius : needed) + 0.5f * radius : 0.0f;
+    return !(reach > 0.0f) ? 0.0f : needed > radius ? needed + radius : 1.5f * radius;
 }
 
 // Whether a cluster is far enough from all sources of a row.
@@ -2848,7 +2945,8 @@ typedef struct sss_bem__walk
 
 static void sss_bem__empty_walk(sss_bem__walk *w)
 {
-    w->link_count = w->pair_count[SSS_BEM__EDGES] = w->pair_count[SSS_BEM__QUARTERS] = 0;
+    w->link_count = 0;
+    memset(w->pair_count, 0, sizeof w->pair_count);
 }
 
 static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, int lit_only,
@@ -2868,6 +2966,7 @@ static void sss_bem__emit_near(sss_bem__walk *w, uint32_t index)
     const sss_bem__node *node = &w->bem->nodes[index];
     const float whole[2] = {sss_bem__node_reach(w->bem, node, 0), sss_bem__node_reach(w->bem, node, 1)};
     const float quarter[2] = {sss_bem__quarter_reach(w->bem, node, 0), sss_bem__quarter_reach(w->bem, node, 1)};
+    const int edges = node->radius > w->bem->long_radius ? SSS_BEM__LONG_EDGES : SSS_BEM__EDGES;
     uint32_t near_lanes = sss_bem__near_lanes(w->bem, w->lanes, node, whole) & w->lane_mask, nearest = 0, lane;
     if (near_lanes != w->lane_mask)
     {
@@ -2882,7 +2981,7 @@ static void sss_bem__emit_near(sss_bem__walk *w, uint32_t index)
     {
         if (near_lanes & 1u)
         {
-            const int kind = nearest >> lane & 1u ? SSS_BEM__EDGES : SSS_BEM__QUARTERS;
+            const int kind = nearest >> lane & 1u ? edges : SSS_BEM__QUARTERS;
             sss_bem__pair *pair = &w->pairs[kind][w->pair_count[kind]++];
             pair->lane = lane;
             pair->node = index;
@@ -2898,6 +2997,7 @@ static int sss_bem__walk_on(sss_bem__walk *w)
     uint32_t i = w->next;
     while (i < end && w->link_count < SSS_BEM__BATCH
            && w->pair_count[SSS_BEM__EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH
+           && w->pair_count[SSS_BEM__LONG_EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH
            && w->pair_count[SSS_BEM__QUARTERS] + SSS_BEM__LANES <= SSS_BEM__BATCH)
     {
         const float *power = w->bem->power[i];
@@ -2987,27 +3087,30 @@ static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, c
 static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__pair *pairs, int kind,
                                   size_t count, sss_bem__pair_factor out)
 {
+    const sss_bem__model *m = &b->model;
+    const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
+    const int quarters = kind == SSS_BEM__QUARTERS;
     sss_bem__block block;
     int place;
     sss_bem__fill_block(b, lanes, pairs, count, &block);
-    switch (b->options.path)
-    {
 #if defined(SSS_BEM__AVX512)
-    case SSS_BEM_PATH_AVX512:
-        (kind == SSS_BEM__EDGES ? sss_bem__pair_factors16 : sss_bem__quarter_factors16)(&b->model, &block, out);
-        break;
+    if (b->options.path == SSS_BEM_PATH_AVX512)
+    {
+        quarters ? sss_bem__quarter_factors16(m, &block, out) : sss_bem__pair_factors16(m, rule, &block, out);
+        return;
+    }
 #endif
 #if defined(SSS_BEM__AVX2)
-    case SSS_BEM_PATH_AVX2:
-        (kind == SSS_BEM__EDGES ? sss_bem__pair_factors8 : sss_bem__quarter_factors8)(&b->model, &block, out);
-        break;
+    if (b->options.path == SSS_BEM_PATH_AVX2)
+    {
+        quarters ? sss_bem__quarter_factors8(m, &block, out) : sss_bem__pair_factors8(m, rule, &block, out);
+        return;
+    }
 #endif
-    default:
-        for (place = 0; place < (int)count; place++)
-        {
-            (kind == SSS_BEM__EDGES ? sss_bem__triangle_factor
-                                    : sss_bem__quarter_factor)(&b->model, &block, place, out);
-        }
+    for (place = 0; place < (int)count; place++)
+    {
+        quarters ? sss_bem__quarter_factor(m, &block, place, out)
+                 : sss_bem__triangle_factor(m, rule, &block, place, out);
     }
 }
 
@@ -3072,8 +3175,13 @@ static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__pair *pairs, con
 
 static double sss_bem__total(const sss_bem__sums *sums, int c, int lane)
 {
-    return (double)sums->far_light[c][lane] + (double)sums->near_light[SSS_BEM__EDGES][c][lane]
-           + (double)sums->near_light[SSS_BEM__QUARTERS][c][lane];
+    double sum = (double)sums->far_light[c][lane];
+    int kind;
+    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    {
+        sum += (double)sums->near_light[kind][c][lane];
+    }
+    return sum;
 }
 
 static void sss_bem__scale_sums(const sss_bem *b, const sss_bem__sums *sums, int lane, float out[3])
@@ -3108,7 +3216,7 @@ static void sss_bem__gather_row(const sss_bem *b, const sss_bem__lanes *lanes, s
 {
     sss_bem__walk walk;
     sss_bem__link_factor factors[SSS_BEM__BATCH];
-    int more = 1;
+    int more = 1, kind;
     memset(sums, 0, sizeof *sums);
     sss_bem__start_walk(b, lanes, lane_count, 1, &walk);
     while (more)
@@ -3117,8 +3225,10 @@ static void sss_bem__gather_row(const sss_bem *b, const sss_bem__lanes *lanes, s
         sss_bem__link_factors(b, lanes, walk.links, walk.link_count, factors);
         sss_bem__add_links(b, walk.links, (const sss_bem__link_factor *)factors, walk.link_count, sums);
         walk.link_count = 0;
-        sss_bem__gather_pairs(b, &walk, SSS_BEM__EDGES, !more, sums);
-        sss_bem__gather_pairs(b, &walk, SSS_BEM__QUARTERS, !more, sums);
+        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+        {
+            sss_bem__gather_pairs(b, &walk, kind, !more, sums);
+        }
     }
 }
 
@@ -3399,7 +3509,7 @@ static sss_result sss_bem__fill(sss_bem *b, const sss_mesh *mesh)
         sss_bem__frame_mesh(b, mesh->positions);
         sss_bem__set_positions(b, mesh->positions);
         sss_bem__set_normals(b, mesh->normals, sums);
-        sss_bem__choose_nodes(b);
+        sss_bem__choose_rules(b);
         sss_bem__set_model(b);
         sss_bem__plan_reach(b);
         for (v = 0; v < b->vertex_count; v++)
@@ -3475,7 +3585,7 @@ SSS_BEM_API void sss_bem_unlink(sss_bem *bem)
         sss_bem__release(&bem->hooks, bem->rows[row].data);
         bem->rows[row].data = NULL;
         bem->rows[row].capacity = bem->rows[row].link_count = 0;
-        bem->rows[row].pair_count[SSS_BEM__EDGES] = bem->rows[row].pair_count[SSS_BEM__QUARTERS] = 0;
+        memset(bem->rows[row].pair_count, 0, sizeof bem->rows[row].pair_count);
         bem->rows[row].stamp = 0;
     }
 }
@@ -3910,7 +4020,8 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
     sss_bem__walk walk;
     size_t k;
     int more = 1, kind;
-    plan->link_count = plan->pair_count[SSS_BEM__EDGES] = plan->pair_count[SSS_BEM__QUARTERS] = plan->work = 0;
+    plan->link_count = plan->work = 0;
+    memset(plan->pair_count, 0, sizeof plan->pair_count);
     plan->data = NULL;
     plan->same = r->data != NULL;
     sss_bem__start_matching(r, &matcher);
@@ -4088,8 +4199,10 @@ static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
         sss_bem__empty_walk(&walk);
     }
     sss_bem__flush_links(&u);
-    sss_bem__flush_pairs(&u, SSS_BEM__EDGES);
-    sss_bem__flush_pairs(&u, SSS_BEM__QUARTERS);
+    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    {
+        sss_bem__flush_pairs(&u, kind);
+    }
 }
 
 // Rows are planned and updated so many at a time, so that a budget can end between.
@@ -4295,7 +4408,7 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
     }
     *strict = *bem; // shares everything but the distances at which clusters are accepted
     strict->options.tolerance *= 0.1;
-    sss_bem__choose_nodes(strict);
+    sss_bem__choose_rules(strict);
     sss_bem__plan_reach(strict);
     trial.bem = bem;
     trial.strict = strict;
@@ -4321,6 +4434,7 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
 SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
 {
     size_t row;
+    int kind;
     if (bem == NULL || out == NULL)
     {
         return SSS_ERROR_INVALID_ARGUMENT;
@@ -4343,7 +4457,10 @@ SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
     for (row = 0; row < bem->row_count; row++)
     {
         out->link_count += bem->rows[row].link_count;
-        out->near_count += bem->rows[row].pair_count[SSS_BEM__EDGES] + bem->rows[row].pair_count[SSS_BEM__QUARTERS];
+        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+        {
+            out->near_count += bem->rows[row].pair_count[kind];
+        }
         out->link_bytes += bem->rows[row].capacity;
     }
     out->pending_rows = sss_bem__pending(bem);
@@ -4439,8 +4556,46 @@ SSS_BEM_API sss_result sss_bem_get_links(const sss_bem *bem, size_t vertex, size
 
 SSS_BEM_API float sss_bem_form_factor_float(const float *corners, const float source[3], float z, float sigma)
 {
-    (void)corners; (void)source; (void)z; (void)sigma;
-    return 0.0f;
+    sss_bem__model model;
+    sss_bem__view view;
+    float w[3][3], e[3], f[3], normal[3], parts[3];
+    const float along_source[3] = {0.0f, 0.0f, 0.0f}; // the source is the receiver: no height
+    float length;
+    int k, i;
+    if (corners == NULL || source == NULL || !sss_bem__all_finite(corners, 9) || !sss_bem__all_finite(source, 3)
+        || !sss_bem__finite((double)z) || !sss_bem__finite((double)sigma) || sigma < 0.0f)
+    {
+        return (float)NAN;
+    }
+    memset(&model, 0, sizeof model);
+    model.z[0][0] = z;
+    model.sigma[0] = sigma;
+    sss_bem__set_rule(16, &model.rule[0]);
+    for (i = 0; i < 3; i++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            w[k][i] = corners[3 * k + i] - source[i];
+        }
+        e[i] = corners[3 + i] - corners[i];
+        f[i] = corners[6 + i] - corners[i];
+    }
+    for (i = 0; i < 3; i++)
+    {
+        normal[i] = e[(i + 1) % 3] * f[(i + 2) % 3] - e[(i + 2) % 3] * f[(i + 1) % 3];
+    }
+    length = sqrtf(sss_bem__dotf(normal, normal));
+    if (!(length > 0.0f) || z == 0.0f)
+    {
+        return 0.0f;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        normal[i] /= length;
+    }
+    sss_bem__view_triangle((const float (*)[3])w, along_source, normal, &view);
+    sss_bem__triangle_source(&model, &model.rule[0], 0, 0, &view, parts);
+    return parts[0] + parts[1] + parts[2];
 }
 
 // ---- 5. GLSL ----
