@@ -15,8 +15,6 @@ enum
     SAMPLES = 16 // rays from a vertex to a soft lamp
 };
 
-static const double GOLDEN_ANGLE = 2.39996322972865332; // pi (3 - sqrt 5): spreads points evenly on a disc
-
 typedef struct lamp
 {
     sss_dipole_light light;
@@ -129,7 +127,7 @@ int scene_open(int index, const char *mesh, scene *out, char *error_text, size_t
     if (status == 0)
     {
         status = copy_model(&out->rest, &out->now);
-        out->visible = malloc((LAMPS + 1) * out->rest.vertex_count * sizeof *out->visible);
+        out->visible = malloc(LAMPS * out->rest.vertex_count * sizeof *out->visible);
     }
     if (status != 0 || !out->visible)
     {
@@ -153,24 +151,6 @@ int scene_move(scene *s, double t)
     return shape_normals(&s->now);
 }
 
-// The share of a lamp that every vertex sees: rays to points spread over its disc.
-static void see(const scene *s, const shadow *occluders, const lamp *l, float *visible)
-{
-    const size_t n = s->now.vertex_count;
-    float *const one = s->visible + LAMPS * n;
-    memset(visible, 0, n * sizeof *visible);
-    for (int i = 0; i < SAMPLES; ++i)
-    {
-        const double r = l->radius * sqrt((i + 0.5) / SAMPLES), phi = GOLDEN_ANGLE * i;
-        const double *const p = l->light.position, at[3] = {p[0] + r * cos(phi), p[1], p[2] + r * sin(phi)};
-        shadow_visibility_point(occluders, at, one);
-        for (size_t v = 0; v < n; ++v)
-        {
-            visible[v] += one[v] / SAMPLES;
-        }
-    }
-}
-
 int scene_light(const scene *s, double t, int lit, double eta, float *irradiance, char *error_text, size_t error_size)
 {
     lamp lamps[LAMPS];
@@ -192,7 +172,7 @@ int scene_light(const scene *s, double t, int lit, double eta, float *irradiance
             lights[count] = lamps[i].light;
             if (lamps[i].radius > 0.0)
             {
-                see(s, occluders, &lamps[i], visible);
+                shadow_visibility_disc(occluders, lamps[i].light.position, lamps[i].radius, SAMPLES, visible);
                 lights[count].visibility = visible;
             }
             ++count;

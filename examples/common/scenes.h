@@ -24,7 +24,7 @@ typedef struct scene
     double step;            // seconds from picture to picture that show the movement
     double elevation, zoom; // of the camera
     int index, own_mesh;    // own_mesh: the user's in place of the cube
-    float *visible;         // [3][V]
+    float *visible;         // [2][V]
 } scene;
 
 // mesh: a file for scene 1 in place of the cube, or NULL. Returns 0, or -1 with the reason in error_text, *out then

@@ -13,6 +13,7 @@
 // Rays start above the surface by this share of the mean length of the edges at the vertex: a shadow finer than the
 // mesh is not to be had, and without the lift the facets next to a vertex blotch wherever light grazes them.
 static const float LIFT = 0.5f;
+static const double GOLDEN_ANGLE = 2.39996322972865332; // pi (3 - sqrt 5): spreads points evenly on a disc
 
 struct shadow
 {
@@ -151,53 +152,68 @@ void shadow_free(shadow *s)
 typedef struct cast
 {
     const shadow *s;
-    float target[3]; // a direction, or a point in the box
-    int is_point;
+    float targets[SHADOW_SAMPLES][3]; // points in the box, or one direction
+    int count, is_direction;
     float *visibility;
 } cast;
+
+// Whether a ray from a vertex gets there; 0 where the vertex faces away.
+static int sees(const cast *c, struct RTCIntersectContext *rays, size_t vertex, const float target[3])
+{
+    const float *const o = c->s->origins + 3 * vertex, *const n = c->s->normals + 3 * vertex;
+    float d[3];
+    for (int k = 0; k < 3; ++k)
+    {
+        d[k] = c->is_direction ? target[k] : target[k] - o[k];
+    }
+    if (!(n[0] * d[0] + n[1] * d[1] + n[2] * d[2] > 0.0f))
+    {
+        return 0;
+    }
+    struct RTCRay ray = {.org_x = o[0], .org_y = o[1], .org_z = o[2], .dir_x = d[0], .dir_y = d[1], .dir_z = d[2],
+                         .tnear = 0.0f, .tfar = c->is_direction ? FLT_MAX : 1.0f, .mask = 0xffffffffu};
+    rtcOccluded1(c->s->scene, rays, &ray);
+    return !(ray.tfar < 0.0f); // Embree marks a hit by -infinity
+}
 
 static void cast_range(void *context, size_t begin, size_t end)
 {
     const cast *const c = context;
     struct RTCIntersectContext rays;
     rtcInitIntersectContext(&rays);
-    for (size_t i = begin; i < end; ++i)
+    for (size_t v = begin; v < end; ++v)
     {
-        const float *const o = c->s->origins + 3 * i, *const n = c->s->normals + 3 * i;
-        float d[3];
-        for (int k = 0; k < 3; ++k)
+        int seen = 0;
+        for (int i = 0; i < c->count; ++i)
         {
-            d[k] = c->is_point ? c->target[k] - o[k] : c->target[k];
+            seen += sees(c, &rays, v, c->targets[i]);
         }
-        c->visibility[i] = 0.0f;
-        if (n[0] * d[0] + n[1] * d[1] + n[2] * d[2] > 0.0f)
-        {
-            struct RTCRay ray = {.org_x = o[0], .org_y = o[1], .org_z = o[2], .dir_x = d[0], .dir_y = d[1],
-                                 .dir_z = d[2], .tnear = 0.0f, .tfar = c->is_point ? 1.0f : FLT_MAX,
-                                 .mask = 0xffffffffu};
-            rtcOccluded1(c->s->scene, &rays, &ray);
-            c->visibility[i] = ray.tfar < 0.0f ? 0.0f : 1.0f; // Embree marks a hit by -infinity
-        }
+        c->visibility[v] = (float)seen / (float)c->count;
     }
 }
 
 void shadow_visibility(const shadow *s, const double direction[3], float *visibility)
 {
     const double length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
-    cast c = {.s = s, .visibility = visibility};
+    cast c = {.s = s, .count = 1, .is_direction = 1, .visibility = visibility};
     for (int k = 0; k < 3; ++k)
     {
-        c.target[k] = (float)(direction[k] / length);
+        c.targets[0][k] = (float)(direction[k] / length);
     }
     threads_parallel_for(s->threads, s->vertex_count, cast_range, &c);
 }
 
-void shadow_visibility_point(const shadow *s, const double point[3], float *visibility)
+void shadow_visibility_disc(const shadow *s, const double middle[3], double radius, int samples, float *visibility)
 {
-    cast c = {.s = s, .is_point = 1, .visibility = visibility};
-    for (int k = 0; k < 3; ++k)
+    cast c = {.s = s, .count = samples, .visibility = visibility};
+    for (int i = 0; i < samples; ++i)
     {
-        c.target[k] = (float)(s->scale * (point[k] - s->middle[k]));
+        const double r = radius * sqrt((i + 0.5) / samples), phi = GOLDEN_ANGLE * i;
+        const double p[3] = {middle[0] + r * cos(phi), middle[1], middle[2] + r * sin(phi)};
+        for (int k = 0; k < 3; ++k)
+        {
+            c.targets[i][k] = (float)(s->scale * (p[k] - s->middle[k]));
+        }
     }
     threads_parallel_for(s->threads, s->vertex_count, cast_range, &c);
 }

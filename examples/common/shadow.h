@@ -20,8 +20,13 @@ void shadow_free(shadow *s);
 // normal faces away.
 void shadow_visibility(const shadow *s, const double direction[3], float *visibility);
 
-// The same towards a point, in the mesh's units.
-void shadow_visibility_point(const shadow *s, const double point[3], float *visibility);
+// The share that a vertex sees of a lamp, a level disc of this radius in the mesh's units: by rays to `samples` points
+// on it, at most SHADOW_SAMPLES.
+enum
+{
+    SHADOW_SAMPLES = 64
+};
+void shadow_visibility_disc(const shadow *s, const double middle[3], double radius, int samples, float *visibility);
 
 #ifdef __cplusplus
 }
