@@ -44,11 +44,11 @@ window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$work/log" |
 DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 >>"$work/log" 2>&1
 before=$(picture)
 wait_for 20 changed "$before"; moving=$?
-after i 'candle, .* incremental:'
+after i 'candle, .* wax, incremental:'
 after h 'candle, .* render: move 0.0,'
-after m 'candle, .* skimmilk,'
-after minus 'candle, .* 80 mm,'
-after space 'cube, .* skimmilk, 40 mm, .* incremental:'
+after m 'candle, .* 100 mm, .* skimmilk,'
+after minus 'candle, .* 80 mm, .* skimmilk, render:'
+after space 'cube, .* 40 mm, both lamps, skimmilk, incremental:'
 after l 'cube, .* first lamp, '
 press Escape
 wait_for 20 gone $program; left=$?
