@@ -1979,6 +1979,9 @@ struct sss_bem
     uint32_t *chunks;          // [chunk_count]: roots of disjoint subtrees that are refitted in parallel
     uint32_t *top;             // [top_count]: the nodes above them
     uint32_t *row_of_vertex;   // [V]
+    struct sss_bem__cluster_link *cluster_links; // of the solid angle oracle, part after part; or NULL
+    size_t *part_first;        // [chunk_count + 2]: where the parts begin
+    uint32_t linked;           // generation of cluster_links; 0: none
     size_t bytes;
 };
 
@@ -2489,6 +2492,15 @@ static void sss_bem__refit_cluster(sss_bem *b, size_t index)
     }
     node->area = (float)area;
     node->radius = (float)(sss_bem__min(sphere, sqrt(corner2)) * (1.0 + 1e-6));
+}
+
+// A'/A, 5.1.1: how much of its area a cluster shows along its mean normal.
+static double sss_bem__planarity(const sss_bem *b, size_t index)
+{
+    const double vector[3] = {(double)b->area_vector[index][0], (double)b->area_vector[index][1],
+                              (double)b->area_vector[index][2]};
+    const double area = (double)b->nodes[index].area;
+    return area > 0.0 ? sss_bem__min(1.0, sss_bem__length(vector) / area) : 0.0;
 }
 
 static void sss_bem__refit_node(sss_bem *b, size_t index)
@@ -3321,6 +3333,8 @@ static int sss_bem__resolve(const sss_bem_options *given, size_t triangle_count,
     {
         return 0;
     }
+    out->epsilon_1 = out->epsilon_1 == 0.0 ? 5.0 * out->tolerance : out->epsilon_1;
+    out->epsilon_2 = out->epsilon_2 == 0.0 ? 10.0 * out->tolerance : out->epsilon_2;
     if (out->path == SSS_BEM_PATH_AUTO)
     {
         out->path = sss_bem__has_path(SSS_BEM_PATH_AVX512) ? SSS_BEM_PATH_AVX512
@@ -3580,7 +3594,16 @@ SSS_BEM_API sss_result sss_bem_create(const sss_mesh *mesh, const sss_profile *p
 SSS_BEM_API void sss_bem_unlink(sss_bem *bem)
 {
     size_t row;
-    for (row = 0; bem != NULL && bem->rows != NULL && row < bem->row_count; row++)
+    if (bem == NULL)
+    {
+        return;
+    }
+    sss_bem__release(&bem->hooks, bem->part_first);
+    sss_bem__release(&bem->hooks, bem->cluster_links);
+    bem->part_first = NULL;
+    bem->cluster_links = NULL;
+    bem->linked = 0;
+    for (row = 0; bem->rows != NULL && row < bem->row_count; row++)
     {
         sss_bem__release(&bem->hooks, bem->rows[row].data);
         bem->rows[row].data = NULL;
@@ -3773,13 +3796,462 @@ static sss_result sss_bem__run_rows(const sss_bem *b, void (*row)(const sss_bem 
     return SSS_OK;
 }
 
+// ---- the paper's own oracle: clusters gather, push, and vertices average, 3.2 and 5.2 ----
+// Plain code, close to the paper, for comparison. A link joins a receiving cluster, which gathers at its midpoint, and
+// an emitting one. Receivers are split into the chunks of the hierarchy and the nodes above them, each of which walks
+// down from the link of the root with itself, so that the chunks are independent and their order does not matter.
+
+// A stored link: factor times the mean irradiance of the emitter is what the receiver gathers.
+typedef struct sss_bem__cluster_link
+{
+    uint32_t receiver, emitter;
+    float factor[3];
+} sss_bem__cluster_link;
+
+typedef struct sss_bem__linking
+{
+    const sss_bem *bem;
+    uint32_t low, high;             // receivers: a chunk's nodes, or those above all chunks where both are 0
+    float (*gathered)[3];           // [node_count], or NULL
+    sss_bem__cluster_link *links;   // or NULL
+    size_t count;
+    double single_area;             // what one sample stands for: pi times the square of the least mean free path
+    sss_bem__lanes midpoint;        // of the receiver, in lane 0
+    uint32_t midpoint_of;
+} sss_bem__linking;
+
+// Jensen and Buhler's measure of the solid angle under which faces appear.
+static double sss_bem__solid_angle(const sss_bem__node *from, const sss_bem__node *of)
+{
+    double square = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const double d = (double)of->center[i] - (double)from->center[i];
+        square += d * d;
+    }
+    return square > 0.0 ? (double)of->area / square : HUGE_VAL;
+}
+
+// How much it varies over the receiver's children.
+static double sss_bem__deviation(const sss_bem *b, uint32_t receiver, const sss_bem__node *emitter)
+{
+    double least = sss_bem__solid_angle(&b->nodes[receiver], emitter), most = least;
+    uint32_t child;
+    for (child = receiver + 1; child < b->nodes[receiver].end; child = b->nodes[child].end)
+    {
+        const double omega = sss_bem__solid_angle(&b->nodes[child], emitter);
+        least = sss_bem__min(least, omega);
+        most = sss_bem__max(most, omega);
+    }
+    return least < HUGE_VAL ? most - least : HUGE_VAL;
+}
+
+static void sss_bem__set_midpoint(sss_bem__linking *l, uint32_t receiver)
+{
+    double normal[3];
+    float unit[3];
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        normal[i] = (double)l->bem->area_vector[receiver][i];
+        l->midpoint.x[i][0] = l->bem->nodes[receiver].center[i];
+    }
+    sss_bem__normalize(normal, unit);
+    for (i = 0; i < 3; i++)
+    {
+        l->midpoint.n[i][0] = unit[i];
+    }
+    l->midpoint_of = receiver;
+}
+
+// One sample at a point that stands for an area.
+static void sss_bem__add_sample(const sss_bem__linking *l, const float point[3], float area, float factor[3])
+{
+    const sss_bem__model *m = &l->bem->model;
+    const float none[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+    float w[3], n[3], squares[2];
+    int i, c;
+    for (i = 0; i < 3; i++)
+    {
+        w[i] = point[i] - l->midpoint.x[i][0];
+        n[i] = l->midpoint.n[i][0];
+    }
+    squares[0] = sss_bem__dotf(w, w);
+    squares[1] = sss_bem__dotf(w, n);
+    for (c = 0; c < 3; c++)
+    {
+        factor[c] += m->scale[c] * area * (sss_bem__cluster_source(m, 0, c, squares, none)
+                                           + sss_bem__cluster_source(m, 1, c, squares, none));
+    }
+}
+
+// Samples spread evenly over a triangle: the additive sequence of the plastic number, folded into it.
+static void sss_bem__sample_triangle(const sss_bem__linking *l, const sss_bem__node *leaf, size_t count,
+                                     float factor[3])
+{
+    const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
+    size_t k;
+    int i;
+    for (k = 0; k < count; k++)
+    {
+        double u = 0.5 + 0.7548776662466927 * (double)k, v = 0.5 + 0.5698402909980532 * (double)k;
+        float point[3];
+        u -= floor(u);
+        v -= floor(v);
+        if (u + v > 1.0)
+        {
+            u = 1.0 - u;
+            v = 1.0 - v;
+        }
+        for (i = 0; i < 3; i++)
+        {
+            point[i] = (float)((1.0 - u - v) * (double)corners->x[0][i] + u * (double)corners->x[1][i]
+                               + v * (double)corners->x[2][i]);
+        }
+        sss_bem__add_sample(l, point, leaf->area / (float)count, factor);
+    }
+}
+
+// The form factor of a triangle that is projected onto the plane of its cluster.
+static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__node *leaf, const float center[3],
+                                   const float normal[3], float factor[3])
+{
+    const sss_bem__model *m = &l->bem->model;
+    const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
+    const float facing = sss_bem__dotf(corners->normal, normal) < 0.0f ? -1.0f : 1.0f;
+    float w[3][3], n[3], up[3], parts[3];
+    sss_bem__view view;
+    int k, i, c, kind;
+    for (k = 0; k < 3; k++)
+    {
+        float d[3];
+        for (i = 0; i < 3; i++)
+        {
+            d[i] = corners->x[k][i] - center[i];
+        }
+        for (i = 0; i < 3; i++)
+        {
+            w[k][i] = corners->x[k][i] - sss_bem__dotf(d, normal) * normal[i] - l->midpoint.x[i][0];
+        }
+    }
+    for (i = 0; i < 3; i++)
+    {
+        n[i] = l->midpoint.n[i][0];
+        up[i] = facing * normal[i]; // a face that is turned over counts positive as well
+    }
+    sss_bem__view_triangle((const float (*)[3])w, n, up, &view);
+    for (c = 0; c < 3; c++)
+    {
+        for (kind = 0; kind < 2; kind++)
+        {
+            sss_bem__triangle_source(m, &m->rule[0], kind, c, &view, parts);
+            factor[c] += m->scale[c] * (parts[0] + parts[1] + parts[2]);
+        }
+    }
+}
+
+// F(A, x_o) of eq. 7 between the receiver's midpoint and a cluster: one sample where that is enough, else the form
+// factors of its triangles in the cluster's plane, or as many samples as Jensen and Buhler take.
+static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int is_near, float factor[3])
+{
+    const sss_bem *b = l->bem;
+    const sss_bem__node *e = &b->nodes[emitter];
+    double mean[3];
+    float normal[3];
+    uint32_t i;
+    int k;
+    factor[0] = factor[1] = factor[2] = 0.0f;
+    if (!is_near)
+    {
+        sss_bem__add_sample(l, e->center, e->area, factor);
+        return;
+    }
+    for (k = 0; k < 3; k++)
+    {
+        mean[k] = (double)b->area_vector[emitter][k];
+    }
+    sss_bem__normalize(mean, normal);
+    for (i = emitter; i < e->end; i++)
+    {
+        const sss_bem__node *leaf = &b->nodes[i];
+        if (leaf->triangle == UINT32_MAX || !(leaf->area > 0.0f))
+        {
+            continue;
+        }
+        if (b->options.point_sampling)
+        {
+            const double samples = ceil((double)leaf->area / l->single_area);
+            sss_bem__sample_triangle(l, leaf, (size_t)sss_bem__min(samples, 1e6), factor);
+        }
+        else
+        {
+            sss_bem__add_projected(l, leaf, e->center, normal, factor);
+        }
+    }
+}
+
+// Seen under less than this, a cluster is a point: h/s < 1/5, as eq. 19 asks of the edges.
+#define SSS_BEM__POINT_SOLID_ANGLE 0.04
+
+static void sss_bem__connect(sss_bem__linking *l, uint32_t receiver, uint32_t emitter, int is_near)
+{
+    const float *power = l->bem->power[emitter];
+    const float area = l->bem->nodes[emitter].area;
+    float factor[3] = {0.0f, 0.0f, 0.0f};
+    int c;
+    if (l->gathered != NULL || l->links != NULL)
+    {
+        if (l->midpoint_of != receiver)
+        {
+            sss_bem__set_midpoint(l, receiver);
+        }
+        sss_bem__link_factor_of(l, emitter, is_near, factor);
+    }
+    for (c = 0; c < 3 && l->gathered != NULL; c++)
+    {
+        l->gathered[receiver][c] += area > 0.0f ? factor[c] * (power[c] / area) : 0.0f;
+    }
+    if (l->links != NULL)
+    {
+        l->links[l->count].receiver = receiver;
+        l->links[l->count].emitter = emitter;
+        memcpy(l->links[l->count].factor, factor, sizeof factor);
+    }
+    l->count++;
+}
+
+static int sss_bem__is_top(const sss_bem *b, uint32_t node)
+{
+    return b->nodes[node].end - node > SSS_BEM__CHUNK;
+}
+
+// Whether these receivers hold a node, or anything below it.
+static int sss_bem__has_receiver(const sss_bem__linking *l, uint32_t node)
+{
+    return l->high > 0 ? node < l->high && l->bem->nodes[node].end > l->low : sss_bem__is_top(l->bem, node);
+}
+
+// Refines a candidate link where epsilon_1 asks for it at the receiver or epsilon_2 at the emitter, where both do at
+// the larger one, and connects what is left.
+static void sss_bem__refine(sss_bem__linking *l, uint32_t receiver, uint32_t emitter)
+{
+    const sss_bem *b = l->bem;
+    const sss_bem__node *R = &b->nodes[receiver], *E = &b->nodes[emitter];
+    const double omega = sss_bem__solid_angle(R, E);
+    const int is_near = omega > SSS_BEM__POINT_SOLID_ANGLE && (double)E->area > l->single_area;
+    const int open_E = E->end > emitter + 1
+                       && (omega > b->options.epsilon_2
+                           || (is_near && sss_bem__planarity(b, emitter) < b->options.planarity));
+    const int open_R = R->end > receiver + 1 && sss_bem__deviation(b, receiver, E) > b->options.epsilon_1;
+    uint32_t child;
+    if (open_R && (!open_E || R->area > E->area))
+    {
+        for (child = receiver + 1; child < R->end; child = b->nodes[child].end)
+        {
+            if (sss_bem__has_receiver(l, child))
+            {
+                sss_bem__refine(l, child, emitter);
+            }
+        }
+    }
+    else if (open_E)
+    {
+        for (child = emitter + 1; child < E->end; child = b->nodes[child].end)
+        {
+            sss_bem__refine(l, receiver, child);
+        }
+    }
+    else if (E->area > 0.0f && (l->high > 0 ? receiver >= l->low : 1)) // not an ancestor of the chunk
+    {
+        sss_bem__connect(l, receiver, emitter, is_near);
+    }
+}
+
+// ---- all receivers ----
+
+// The parts of the receivers: chunks, and last the nodes above them.
+typedef struct sss_bem__sheets
+{
+    const sss_bem *bem;
+    float (*gathered)[3];
+    size_t *counts;                       // [parts], links; or NULL
+    sss_bem__cluster_link *links;         // of all parts, or NULL
+} sss_bem__sheets;
+
+static size_t sss_bem__part_count(const sss_bem *b)
+{
+    return b->chunk_count + 1;
+}
+
+static void sss_bem__part_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__sheets *s = (const sss_bem__sheets *)context;
+    size_t part;
+    for (part = begin; part < end; part++)
+    {
+        sss_bem__linking l;
+        double path = HUGE_VAL;
+        int c;
+        memset(&l, 0, sizeof l);
+        for (c = 0; c < 3; c++)
+        {
+            path = s->bem->model.scale[c] > 0.0f ? sss_bem__min(path, (double)s->bem->model.z[0][c]) : path;
+        }
+        l.bem = s->bem;
+        l.single_area = SSS_BEM__PI * path * path;
+        l.gathered = s->gathered;
+        l.midpoint_of = UINT32_MAX;
+        if (part < s->bem->chunk_count)
+        {
+            l.low = s->bem->chunks[part];
+            l.high = s->bem->nodes[l.low].end;
+        }
+        if (s->links != NULL)
+        {
+            l.links = s->links + s->bem->part_first[part];
+        }
+        if (l.high > 0 || s->bem->top_count > 0)
+        {
+            sss_bem__refine(&l, 0, 0);
+        }
+        if (s->counts != NULL)
+        {
+            s->counts[part] = l.count;
+        }
+    }
+}
+
+// Pushes what clusters gathered down to the triangles and averages it at the vertices, by area.   sums [V][4]
+static void sss_bem__push(const sss_bem *b, float (*gathered)[3], double (*sums)[4], float *radiosity)
+{
+    size_t i, child, v;
+    int k, c;
+    memset(sums, 0, b->vertex_count * sizeof *sums);
+    for (i = 0; i < b->node_count; i++)
+    {
+        for (child = i + 1; child < b->nodes[i].end; child = b->nodes[child].end)
+        {
+            for (c = 0; c < 3; c++)
+            {
+                gathered[child][c] += gathered[i][c];
+            }
+        }
+        for (k = 0; k < 3 && b->nodes[i].triangle != UINT32_MAX; k++)
+        {
+            double *sum = sums[b->triangle[3 * (size_t)b->nodes[i].triangle + (size_t)k]];
+            for (c = 0; c < 3; c++)
+            {
+                sum[c] += (double)b->nodes[i].area * (double)gathered[i][c];
+            }
+            sum[3] += (double)b->nodes[i].area;
+        }
+    }
+    for (v = 0; v < b->vertex_count; v++)
+    {
+        for (c = 0; c < 3; c++)
+        {
+            radiosity[3 * v + (size_t)c] =
+                sums[v][3] > 0.0 ? (float)(sums[v][c] / sums[v][3] * b->irradiance_scale) : 0.0f;
+        }
+    }
+}
+
+// Gathers along stored links.
+static void sss_bem__sweep_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__sheets *s = (const sss_bem__sheets *)context;
+    size_t part, k;
+    int c;
+    for (part = begin; part < end; part++)
+    {
+        for (k = s->bem->part_first[part]; k < s->bem->part_first[part + 1]; k++)
+        {
+            const sss_bem__cluster_link *link = &s->bem->cluster_links[k];
+            const float area = s->bem->nodes[link->emitter].area;
+            for (c = 0; c < 3; c++)
+            {
+                s->gathered[link->receiver][c] +=
+                    area > 0.0f ? link->factor[c] * (s->bem->power[link->emitter][c] / area) : 0.0f;
+            }
+        }
+    }
+}
+
+static sss_result sss_bem__shade_clusters(const sss_bem *b, int stored, float *radiosity)
+{
+    sss_bem__sheets sheets;
+    double (*sums)[4] = (double (*)[4])sss_bem__allocate(&b->hooks, b->vertex_count, sizeof *sums);
+    sss_result result = SSS_ERROR_OUT_OF_MEMORY;
+    memset(&sheets, 0, sizeof sheets);
+    sheets.bem = b;
+    sheets.gathered = (float (*)[3])sss_bem__allocate(&b->hooks, b->node_count, sizeof *sheets.gathered);
+    if (sums != NULL && sheets.gathered != NULL)
+    {
+        memset(sheets.gathered, 0, b->node_count * sizeof *sheets.gathered);
+        sss_bem__parallel(&b->hooks, sss_bem__part_count(b),
+                          stored && b->cluster_links != NULL ? sss_bem__sweep_task : sss_bem__part_task, &sheets);
+        result = SSS_OK;
+        if (b->hooks.progress != NULL && b->hooks.progress(b->hooks.user, 1.0))
+        {
+            result = SSS_ERROR_CANCELLED;
+        }
+        else
+        {
+            sss_bem__push(b, sheets.gathered, sums, radiosity);
+        }
+    }
+    sss_bem__release(&b->hooks, sheets.gathered);
+    sss_bem__release(&b->hooks, sums);
+    return result;
+}
+
+// Links everything anew.
+static sss_result sss_bem__link_clusters(sss_bem *b)
+{
+    const size_t parts = sss_bem__part_count(b);
+    sss_bem__sheets sheets;
+    sss_bem__cluster_link *links = NULL;
+    size_t *first, part, total = 0;
+    memset(&sheets, 0, sizeof sheets);
+    sheets.bem = b;
+    sheets.counts = (size_t *)sss_bem__allocate(&b->hooks, parts, sizeof *sheets.counts);
+    first = (size_t *)sss_bem__allocate(&b->hooks, parts + 1, sizeof *first);
+    if (sheets.counts != NULL && first != NULL)
+    {
+        sss_bem__parallel(&b->hooks, parts, sss_bem__part_task, &sheets);
+        for (part = 0; part < parts; part++)
+        {
+            first[part] = total;
+            total += sheets.counts[part];
+        }
+        first[parts] = total;
+        links = (sss_bem__cluster_link *)sss_bem__allocate(&b->hooks, total, sizeof *links);
+    }
+    sss_bem__release(&b->hooks, sheets.counts);
+    if (links == NULL)
+    {
+        sss_bem__release(&b->hooks, first);
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    sss_bem_unlink(b);
+    b->part_first = first;
+    b->cluster_links = links;
+    sheets.counts = NULL;
+    sheets.links = links;
+    sss_bem__parallel(&b->hooks, parts, sss_bem__part_task, &sheets);
+    b->linked = b->generation;
+    return SSS_OK;
+}
+
 SSS_BEM_API sss_result sss_bem_shade(const sss_bem *bem, float *radiosity)
 {
     if (bem == NULL || radiosity == NULL)
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
-    return sss_bem__run_rows(bem, sss_bem__shade_row, radiosity);
+    return bem->options.oracle == SSS_BEM_ORACLE_SOLID_ANGLE ? sss_bem__shade_clusters(bem, 0, radiosity)
+                                                             : sss_bem__run_rows(bem, sss_bem__shade_row, radiosity);
 }
 
 SSS_BEM_API sss_result sss_bem_shade_rows(const sss_bem *bem, size_t begin, size_t end, float *radiosity)
@@ -3950,7 +4422,8 @@ SSS_BEM_API sss_result sss_bem_render(const sss_bem *bem, float *radiosity)
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
-    return sss_bem__run_rows(bem, sss_bem__render_row, radiosity);
+    return bem->options.oracle == SSS_BEM_ORACLE_SOLID_ANGLE ? sss_bem__shade_clusters(bem, 1, radiosity)
+                                                             : sss_bem__run_rows(bem, sss_bem__render_row, radiosity);
 }
 
 // What a pending row needs: the counts of its new links and pairs, and how many factors have to be computed.
@@ -4318,6 +4791,10 @@ static sss_result sss_bem__update_rows(sss_bem *b, int moved_only, size_t *budge
 static size_t sss_bem__pending(const sss_bem *b)
 {
     size_t row, pending = 0;
+    if (b->options.oracle == SSS_BEM_ORACLE_SOLID_ANGLE)
+    {
+        return b->linked == b->generation ? 0 : b->row_count;
+    }
     for (row = 0; row < b->row_count; row++)
     {
         pending += b->rows[row].stamp != b->generation;
@@ -4333,10 +4810,14 @@ SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pendi
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
-    result = sss_bem__update_rows(bem, 1, &left);
-    if (result == SSS_OK)
+    if (bem->options.oracle == SSS_BEM_ORACLE_SOLID_ANGLE)
     {
-        result = sss_bem__update_rows(bem, 0, &left);
+        result = bem->linked == bem->generation ? SSS_OK : sss_bem__link_clusters(bem);
+    }
+    else
+    {
+        result = sss_bem__update_rows(bem, 1, &left);
+        result = result == SSS_OK ? sss_bem__update_rows(bem, 0, &left) : result;
     }
     if (result == SSS_OK && pending != NULL)
     {
@@ -4463,6 +4944,11 @@ SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
         }
         out->link_bytes += bem->rows[row].capacity;
     }
+    if (bem->cluster_links != NULL)
+    {
+        out->link_count = bem->part_first[sss_bem__part_count(bem)];
+        out->link_bytes = out->link_count * sizeof *bem->cluster_links;
+    }
     out->pending_rows = sss_bem__pending(bem);
     out->bytes = bem->bytes + out->link_bytes;
     return SSS_OK;
@@ -4479,13 +4965,13 @@ SSS_BEM_API sss_result sss_bem_get_cluster(const sss_bem *bem, size_t index, sss
     }
     node = &bem->nodes[index];
     area = (double)node->area;
+    out->planarity = sss_bem__planarity(bem, index);
     for (i = 0; i < 3; i++)
     {
         out->center[i] = (double)node->center[i] / bem->scale + bem->center[i];
         vector[i] = (double)bem->area_vector[index][i];
         out->irradiance[i] = area > 0.0 ? (double)bem->power[index][i] / area * bem->irradiance_scale : 0.0;
     }
-    out->planarity = area > 0.0 ? sss_bem__min(1.0, sss_bem__length(vector) / area) : 0.0;
     for (i = 0; i < 3; i++)
     {
         const double length = sss_bem__length(vector);
