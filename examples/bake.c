@@ -46,7 +46,7 @@ typedef struct options
 {
     const char *in, *method, *material, *out, *png, *dump, *dump_irradiance, *irradiance, *geometry, *exit;
     double sigma_s[3], sigma_a[3], albedo[3], mfp[3]; // NaN: not given
-    double eta, size_mm, mm_per_unit, tolerance, exposure, roughness, floor, soft, azimuth, elevation, zoom;
+    double eta, size_mm, mm_per_unit, tolerance, guard, exposure, roughness, floor, soft, azimuth, elevation, zoom;
     double ambient[3], background[3];
     int width, height, threads, reference;
     int no_shadows, report, help;
@@ -108,6 +108,7 @@ static const char usage_after_methods[] =
     "  --geometry distance|placed   where the dipole sits: by distance only, or at the receiver (distance; bem\n"
     "                          only places)\n"
     "  --tolerance T           relative L2 error allowed (0.001 direct, 0.01 bem and auto)\n"
+    "  --guard G               bem: how near a source may come, in [0,1] of its depth; 0: as near as it likes\n"
     "  --threads N             (all processors)\n"
     "output, at least one of\n"
     "  --out OUT.glb           mesh in the input's vertex order with COLOR_0 = radiosity, linear\n"
@@ -257,6 +258,7 @@ static int parse_plain(options *o, const char *name, const char *value)
         double low, high;
     } numbers[] = {{"--eta", &o->eta, 0.1, 10.0}, {"--size-mm", &o->size_mm, 1e-30, 1e30},
                    {"--mm-per-unit", &o->mm_per_unit, 1e-30, 1e30}, {"--tolerance", &o->tolerance, 1e-5, 0.5},
+                   {"--guard", &o->guard, 0.0, 1.0},
                    {"--exposure", &o->exposure, 1e-6, 1e6}, {"--roughness", &o->roughness, 0.0, 1.0},
                    {"--floor", &o->floor, 0.0, 1.0}, {"--soft", &o->soft, 0.0, 45.0}};
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; ++i)
@@ -323,7 +325,7 @@ static void default_options(options *o)
     memset(o, 0, sizeof *o);
     o->method = "direct";
     o->exit = "paper";
-    o->eta = o->size_mm = o->mm_per_unit = NAN;
+    o->eta = o->size_mm = o->mm_per_unit = o->guard = NAN;
     for (int k = 0; k < 3; ++k)
     {
         o->sigma_s[k] = o->sigma_a[k] = o->albedo[k] = o->mfp[k] = NAN;
@@ -353,6 +355,10 @@ static int choose_geometry(bake *b)
     {
         return fail(b, "--method %s knows --geometry %s only; for %s take --method direct", b->o.method, only,
                     b->o.geometry);
+    }
+    if (isfinite(b->o.guard) && strcmp(b->o.method, "bem") != 0)
+    {
+        return fail(b, "--guard is for --method bem");
     }
     return 0;
 }
@@ -634,6 +640,7 @@ static int run_method(bake *b)
     b->job.irradiance = b->irradiance;
     b->job.geometry = strcmp(o->geometry, "placed") == 0 ? SSS_DIPOLE_PLACED : SSS_DIPOLE_DISTANCE;
     b->job.tolerance = o->tolerance;
+    b->job.guard = !isfinite(o->guard) ? 0.0 : o->guard > 0.0 ? o->guard : -1.0;
     b->job.threads = o->threads;
     b->job.announce = 1;
     b->job.report = o->report;

@@ -200,13 +200,13 @@ static void report_bem(const sss_bem_stats *s, double relight_ms, method_result 
 {
     static const char *const paths[] = {"auto", "portable", "avx2", "avx512"};
     result->predicted_error = s->predicted_error;
-    result->guard = s->guard;
+    result->guard = s->guard > 0.0 ? s->guard : 0.0;
     result->bytes = s->bytes - s->link_bytes;
     const int length = snprintf(result->parameters, sizeof result->parameters,
                                 "geometry=placed\nguard=%g\npath=%s\ntolerance=%g\npath_tolerance=%g\n"
                                 "clusters=%zu\ndepth=%zu\nrows=%zu\n",
-                                s->guard, paths[s->path], s->tolerance, s->path_tolerance, s->cluster_count, s->depth,
-                                s->row_count);
+                                result->guard, paths[s->path], s->tolerance, s->path_tolerance, s->cluster_count,
+                                s->depth, s->row_count);
     if (relight_ms > 0.0)
     {
         snprintf(result->parameters + length, sizeof result->parameters - (size_t)length,
@@ -264,7 +264,7 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
     services s = {.threads = job->threads, .last_percent = -1};
     s.show_progress = job->announce && isatty(STDERR_FILENO) && job->mesh.triangle_count > LONG_TRIANGLES;
     const sss_hooks hooks = hooks_of(&s);
-    const sss_bem_options options = {.tolerance = job->tolerance};
+    const sss_bem_options options = {.tolerance = job->tolerance, .guard = job->guard};
     sss_bem *bem = NULL;
     if (job->tolerance > 0.0 && job->tolerance < BEM_TIGHTEST)
     {

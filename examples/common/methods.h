@@ -17,6 +17,7 @@ typedef struct method_job
     const float *irradiance;      // [vertex_count][3]
     sss_dipole_geometry geometry; // for methods that leave the choice
     double tolerance;             // relative L2 error; 0: the method's default
+    double guard;                 // of placed sources, as sss_bem_options has it; 0: bem's default, negative: none
     int threads;
     int announce;                 // says on stderr how long a long run will take, and how far it is on a terminal
     int report;                   // also measures what only a report shows, where that is cheap
