@@ -1,8 +1,8 @@
 // The tiny example of sss_bem.h: translucent objects that deform, every frame from scratch. A candle twists round its
 // flame; a cube, or your own mesh, ripples under a spot light (Mertens et al. 2003, figures 6.6 and 6.7).
 //     build/bem [MESH.glb]                       a window: space other scene, L lights, M material, + - size, H hold
-//                                                the shape, I incremental, drag to turn, Escape to leave
-//     build/bem [MESH.glb] --headless OUT.png    a strip of pictures, and what every stage takes in three modes
+//                                                the shape, I other mode, drag to turn, Escape to leave
+//     build/bem [MESH.glb] --headless OUT.png    a strip of pictures, and what every stage takes in every mode
 #include <stdio.h>
 #include <string.h>
 
@@ -15,13 +15,14 @@
 #include "common/threads.h"
 
 static const char *const materials[] = {"candle wax", "skimmilk", "marble", "wholemilk", "skin1", "ketchup"};
-enum { MATERIALS = sizeof materials / sizeof materials[0] };
+enum { MATERIALS = sizeof materials / sizeof materials[0], BUDGET = 300000 }; // BUDGET: form factors a frame
+enum { FLY, INCREMENTAL, BUDGETED, MODES };
 
 typedef struct app
 {
     sss_profile profile;
     sss_bem *bem;
-    int scene, material, incremental;
+    int scene, material, mode;
 } app;
 
 static int check(sss_result result, const char *what, char *reason)
@@ -66,9 +67,9 @@ static int scatter(void *user, show *s, char *reason)
     {
         result = sss_bem_set_vertices(a->bem, s->scene.now.positions, s->scene.now.normals);
     }
-    if (a->incremental)
+    if (a->mode != FLY)
     {
-        result = result == SSS_OK ? sss_bem_update(a->bem, 0, NULL) : result;
+        result = result == SSS_OK ? sss_bem_update(a->bem, a->mode == BUDGETED ? BUDGET : 0, NULL) : result;
         result = result == SSS_OK ? sss_bem_render(a->bem, s->B) : result;
     }
     else
@@ -81,17 +82,18 @@ static int scatter(void *user, show *s, char *reason)
 static int press(void *user, show *s, int key, char *reason)
 {
     app *const a = user;
-    a->incremental ^= key == 'I';
+    a->mode = (a->mode + (key == 'I')) % MODES;
     a->material = (a->material + (key == 'M')) % MATERIALS;
     return key == 'M' ? take_material(a, s, reason) : 0;
 }
 
 static const char *describe(void *user, const show *s)
 {
+    static const char *const names[MODES] = {"on the fly", "incremental", "incremental within a budget"};
     static char text[64];
     const app *const a = user;
-    snprintf(text, sizeof text, "%s, %s", materials[a->material],
-             !a->incremental ? "on the fly" : s->held ? "render" : "incremental");
+    const char *const mode = a->mode != FLY && s->held ? "render" : names[a->mode];
+    snprintf(text, sizeof text, "%s, %s", materials[a->material], mode);
     return text;
 }
 

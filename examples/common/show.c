@@ -223,6 +223,9 @@ int show_strip(show *s, const char *png)
         status = status ? status : run_row(s, height, NULL);
         s->held = 1;
         status = status ? status : run_row(s, height, NULL);
+        s->held = 0;
+        status = status ? status : obey(s, 'I');
+        status = status ? status : run_row(s, height, NULL);
         status = status ? status : obey(s, 'I');
     }
     return status ? status : image_write_png(png, TILES * TILE, rows, rgb, s->reason, sizeof s->reason);

@@ -50,8 +50,8 @@ struct show
 // Both return 0, or -1 with the reason in s->reason; *s begins zeroed but for calls and mesh.
 int show_window(show *s, const char *title);
 
-// A row of pictures for each scene to a PNG file. The same frames once more after key I, and with the shape held,
-// without pictures: for the times.
+// A row of pictures for each scene to a PNG file. For the times the same frames once more without pictures: after key I
+// as they are and with the shape held, and after another I; a third I must lead back.
 int show_strip(show *s, const char *png);
 
 // Frees what a show holds, as it must after either.
