@@ -525,6 +525,9 @@ static void auto_takes_the_least_that_does(void)
         CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method auto --report %s", unsized, choices[i].options), 0);
         CHECK(strstr(g_said, line) != NULL);
     }
+    test_about("at 10 mm"); // where bem may need a tighter tolerance than asked for
+    CHECK_EQUAL(bake(MESH " %s --size-mm 10 --method auto --geometry placed --tolerance 0.002 --report", unsized), 0);
+    CHECK_BELOW(reported("predicted_error"), 0.002);
 }
 
 // ---- refusals ----

@@ -296,13 +296,28 @@ static int run_lambert(const method_job *job, float *radiosity, method_result *r
 
 // ---- auto: the least that meets the tolerance ----
 
+// bem again with half its tolerance until what it predicts is what was asked for; at its end, direct.
+static int run_bem_within(const method_job *job, float *radiosity, method_result *result, char *error_text,
+                          size_t error_size)
+{
+    const double wanted = job->tolerance > 0.0 ? job->tolerance : 1e-2;
+    method_job stricter = *job;
+    for (stricter.tolerance = wanted; stricter.tolerance >= BEM_TIGHTEST; stricter.tolerance *= 0.5)
+    {
+        const int status = run_bem(&stricter, radiosity, result, error_text, error_size);
+        if (status != 0 || result->predicted_error <= wanted)
+        {
+            return status;
+        }
+    }
+    return run_direct(job, radiosity, result, error_text, error_size);
+}
+
 static int run_auto(const method_job *job, float *radiosity, method_result *result, char *error_text,
                     size_t error_size)
 {
-    const int loose = !(job->tolerance > 0.0 && job->tolerance < BEM_TIGHTEST);
-    const int bem_will_do = job->geometry == SSS_DIPOLE_PLACED && loose;
     const method_function run = job->advice.need == SSS_DIPOLE_NEED_LAMBERT ? run_lambert
-                                : bem_will_do                               ? run_bem
+                                : job->geometry == SSS_DIPOLE_PLACED        ? run_bem_within
                                                                             : run_direct;
     return run(job, radiosity, result, error_text, error_size);
 }
