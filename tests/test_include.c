@@ -1,24 +1,30 @@
-// A source file may include the header for its declarations first, and again with SSS_DIPOLE_IMPLEMENTATION, as happens
-// where another header has included it; and once more.
+// A source file may include the headers for their declarations first, and again with SSS_X_IMPLEMENTATION, as happens
+// where another header has included them; and once more.
 
+#include "../sss_bem.h"
 #include "../sss_dipole.h"
 
-#ifndef SSS_DIPOLE_VERSION
-#error "SSS_DIPOLE_VERSION is missing"
+#if !defined(SSS_DIPOLE_VERSION) || !defined(SSS_BEM_VERSION)
+#error "a version is missing"
 #endif
-#ifdef SSS_DIPOLE_IMPLEMENTED
-#error "declarations only, and yet the implementation is here"
+#if defined(SSS_DIPOLE_IMPLEMENTED) || defined(SSS_BEM_IMPLEMENTED)
+#error "declarations only, and yet an implementation is here"
 #endif
 
+#include "../sss_bem.h"
 #include "../sss_dipole.h"
 
 #define SSS_DIPOLE_IMPLEMENTATION
 #include "../sss_dipole.h"
 
-#ifndef SSS_DIPOLE_IMPLEMENTED
+#define SSS_BEM_IMPLEMENTATION
+#include "../sss_bem.h"
+
+#if !defined(SSS_DIPOLE_IMPLEMENTED) || !defined(SSS_BEM_IMPLEMENTED)
 #error "the implementation does not come once the declarations have been included"
 #endif
 
+#include "../sss_bem.h"
 #include "../sss_dipole.h"
 
 #include "common/test.h"
@@ -32,6 +38,11 @@ static void declarations_first_then_the_implementation(void)
     CHECK(marble.sigma_s[0] == 2.19 && marble.eta == 1.5);
     CHECK_EQUAL(sss_dipole_profile(&marble, SSS_DIPOLE_FRESNEL_EXACT, &profile), SSS_OK);
     CHECK_REL(sss_dipole_total(&profile, 0), 0.8303, 1e-4);
+    // A cube's face seen from its middle, without absorption: a sixth of 4 pi.
+    static const double corners[12] = {-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0, 0.0};
+    static const double source[3] = {0.0, 0.0, 1.0};
+    CHECK(SSS_BEM_VERSION >= 100);
+    CHECK_REL(sss_bem_form_factor(corners, 4, source, 1.0, 0.0), 2.0943951023931953, 1e-12);
 }
 
 static void zeroed_structs_are_defaults(void)
@@ -44,17 +55,21 @@ static void zeroed_structs_are_defaults(void)
     const sss_dipole_points points = {0};
     const sss_dipole_receivers receivers = {0};
     const sss_dipole_scene scene = {0};
+    const sss_bem_options bem_options = {0};
+    const sss_bem_taylor taylor = {0};
     CHECK(hooks.allocate == NULL && mesh.positions == NULL && points.areas == NULL && receivers.count == 0);
     CHECK_EQUAL(light.kind, SSS_DIPOLE_LIGHT_DIRECTIONAL);
     CHECK_EQUAL(irradiance_options.elements, SSS_DIPOLE_VERTICES);
     CHECK_EQUAL(gather_options.geometry, SSS_DIPOLE_DISTANCE);
     CHECK_EQUAL(gather_options.path, SSS_DIPOLE_PATH_AUTO);
-    CHECK(scene.tolerance == 0.0);
+    CHECK(scene.tolerance == 0.0 && bem_options.tolerance == 0.0 && bem_options.guard == 0.0 && taylor.samples == 0);
+    CHECK_EQUAL(bem_options.oracle, SSS_BEM_ORACLE_CONTRIBUTION);
+    CHECK_EQUAL(bem_options.path, SSS_BEM_PATH_AUTO);
 }
 
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {TEST(declarations_first_then_the_implementation),
                                       TEST(zeroed_structs_are_defaults)};
-    return test_main(argc, argv, "sss_dipole.h included twice", tests, sizeof tests / sizeof *tests);
+    return test_main(argc, argv, "headers included twice", tests, sizeof tests / sizeof *tests);
 }

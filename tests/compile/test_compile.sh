@@ -110,6 +110,16 @@ for header in $headers; do
         gcc '$work/$x-p1.o' '$work/$x-p2.o' '$work/$x-q.o' -lm -o '$work/$x-clash'" 'multiple definition'
 done
 
+# Every header's code in a file of its own, all in one program: no name is defined twice.
+objects= mains=
+for header in $headers; do
+    x=$(lower "$header")
+    objects="$objects gcc -std=c99 -O0 -I. -c '$work/$x-implementation.c' -o '$work/$x-together.o' &&"
+    mains="$mains '$work/$x-together.o'"
+done
+job "all headers, each with a file of its own, in one program" "
+    $objects gcc -std=c99 -I. -xc '$work/dipole.main' -xnone $mains -lm -o '$work/together' && '$work/together'"
+
 # ---- the common block ----
 
 block() { sed -n '/^\/\/ ---- BEGIN sss common block/,/^\/\/ ---- END sss common block/p' "$1"; }

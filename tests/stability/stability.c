@@ -379,7 +379,7 @@ static double gather_below(const object *o, double H, double guard)
     sss_bem_options options;
     sss_bem *bem = NULL;
     memset(&options, 0, sizeof options);
-    options.tolerance = 1e-3;
+    options.tolerance = TOLERANCE;
     options.guard = guard;
     const int failed = sss_bem_create(&o->view, &o->profile, &options, NULL, &bem) != SSS_OK ||
                        sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, o->irradiance) != SSS_OK ||
@@ -423,10 +423,10 @@ static void approach(void)
         guarded.rel_l2 = guarded.rel_max = fabs(with / exact - 1.0); // what the guard changes
         test_about("H/z %.3g", share);
         // The receiver's position in float moves the source by up to 2^-23 of z, so that 2 pi z/H is off by as much.
-        CHECK_REL(without, exact, 2e-3 + 3e-7 / share);
+        CHECK_REL(without, exact, TOLERANCE + 3e-7 / share);
         CHECK_BELOW(with, o.profile.alpha_p[1] * 2.0 * 3.0 / (4.0 * g_guard));
-        if (share >= g_guard) CHECK_REL(with, exact, 2e-3);
-        else CHECK_BELOW(with, without * 1.002);
+        if (share >= g_guard) CHECK_REL(with, exact, TOLERANCE);
+        else CHECK_BELOW(with, without * (1.0 + TOLERANCE));
         record("approach unguarded", share, &plain, without, exact);
         record("approach guarded", share, &guarded, with, exact);
         object_free(&o);

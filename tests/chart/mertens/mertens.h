@@ -11,7 +11,7 @@ typedef struct mertens_settings
     const char *models;        // folder with the horse, or ""
     size_t triangles_max;      // of table 3
     size_t paper_oracle_max;   // of table 3 with the solid angle oracle, which is slower
-    double seconds;            // a time is the median of runs that fill this, three at least
+    double seconds;            // a time is the median of runs that fill this; three, if they fit into thrice as much
     size_t receivers;          // of a reference
     int coarser;               // splits by which the cube and the candle have fewer
 } mertens_settings;
