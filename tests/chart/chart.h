@@ -52,11 +52,17 @@ typedef enum chart_reference
     CHART_REFERENCE_COUNT
 } chart_reference;
 
+enum
+{
+    CHART_LEFT_OUT = -1
+};
+
 typedef struct chart_method
 {
     const char *name;
     size_t variant_count; // points of its curve, from the most accurate to the cheapest
-    // All return 0, or nonzero on failure. prepare: all that does not depend on the light.
+    // All return 0, or nonzero on failure. prepare: all that does not depend on the light; CHART_LEFT_OUT where the
+    // method is not for this case.
     int (*prepare)(const chart_case *c, size_t variant, chart_run *run);
     // What must be done again when the light changes, save for what grows with the number of receivers ...
     int (*relight)(const chart_case *c, chart_run *run);

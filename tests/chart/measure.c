@@ -315,8 +315,14 @@ static int measure(const chart_method *method, size_t variant, const chart_case 
     run.threads = s->threads;
     run.hooks = hooks;
     const double start = test_seconds();
-    int failed = !B || method->prepare(c, variant, &run) != 0;
+    const int prepared = B ? method->prepare(c, variant, &run) : 1;
     n.precompute_s = test_seconds() - start;
+    if (prepared == CHART_LEFT_OUT)
+    {
+        free(B);
+        return 0;
+    }
+    int failed = prepared != 0;
     failed = failed || method->relight(c, &run) != 0 || method->radiosity(c, &run, &t->rows, B) != 0;
     if (!failed)
     {
@@ -475,7 +481,7 @@ static void on_threads(void *user, size_t count, void (*task)(void *context, siz
 
 int main(int argc, char **argv)
 {
-    settings s = {NULL, 128, 1, 5, 0.15, {10.0, 50.0, 200.0}, 3, SIZE_MAX, 1.0};
+    settings s = {NULL, 100, 1, 5, 0.1, {10.0, 50.0, 200.0}, 3, SIZE_MAX, 1.0};
     mesh_data loaded, mesh;
     sss_hooks hooks;
     if (read_arguments(argc, argv, &s) != 0)

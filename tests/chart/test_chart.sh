@@ -32,6 +32,19 @@ expect "a coarser copy is farther from it" "$(value direct-points 1 13)" "$(valu
 expect "Lambert is faster than any gather, fivefold at least" "$(value lambert 1 11)" "$(value direct-points 2 11)" 5
 expect "the table is faster than the plain loop, fivefold at least" \
     "$(value direct-points 1 11)" "$(value direct-scalar 1 11)" 5
+expect "boundary elements meet their tolerance" "$(value bem 1 13)" 1e-3 1
+expect "boundary elements are faster than the direct gather of their kind" \
+    "$(value bem 1 11)" "$(value direct-placed 1 11)" 1
+expect "stored links are faster still, fivefold at least" "$(value bem-render 1 11)" "$(value bem 1 11)" 5
+job "stored links give what is computed on the fly" "[ '$(value bem 1 13)' = '$(value bem-render 1 13)' ]"
+for csv in $out/chart.csv tests/chart/chart.csv; do
+    job "$csv: boundary elements are never worse than predicted, nor better than a fifth of it" "awk -F, '
+        \$1 == \"bem\" {
+            split(\$8, list, \"predicted=\"); n++; ratio = list[2] / \$13
+            if (!(ratio >= 1 && ratio <= 5)) { print \$5, \$6, \$8, \$13, ratio; bad = 1 }
+        }
+        END { exit bad || n < 2 }' $csv"
+done
 job "chart.png is drawn" "[ \$(wc -c <$out/chart.png) -gt 20000 ]"
 job_fails "a chart without its columns is noticed" \
     "sed 1d $out/chart.csv | head -n 1 | grep '^$columns\$' || { echo differs; false; }" differs
