@@ -358,8 +358,7 @@ static void fan(void)
             const double x = (double)o.mesh.positions[3 * (v / 3)];
             o.irradiance[v] = (float)(v / 3 == V - 1 ? 1.0 : 0.2 - 0.05 * x);
         }
-        CHECK_EQUAL(object_add_receivers(&o, FAN_CELLS, V - 1, FAN_CELLS + 1), 0); // the common edge
-        CHECK_EQUAL(object_add_receivers(&o, 0, V, 41), 0);
+        CHECK_EQUAL(object_add_receivers(&o, 0, V - 1, 8), 0); // rows have 25 vertices: every eighth is on the edge
         CHECK_EQUAL(object_add_receivers(&o, V - 1, V, 1), 0);
         CHECK_EQUAL(shade_and_compare(&o, &all), 0);
         check_step("fan", length, &all, 1.0);
@@ -422,11 +421,12 @@ static void approach(void)
         plain.rel_l2 = plain.rel_max = fabs(without / exact - 1.0);
         guarded.rel_l2 = guarded.rel_max = fabs(with / exact - 1.0); // what the guard changes
         test_about("H/z %.3g", share);
-        // The receiver's position in float moves the source by up to 2^-23 of z, so that 2 pi z/H is off by as much.
-        CHECK_REL(without, exact, TOLERANCE + 3e-7 / share);
+        // One receiver, as in check_step. Its position in float moves the source by up to 2^-23 of z, and 2 pi z/H by
+        // as much.
+        CHECK_REL(without, exact, 3.0 * TOLERANCE + 3e-7 / share);
         CHECK_BELOW(with, o.profile.alpha_p[1] * 2.0 * 3.0 / (4.0 * g_guard));
-        if (share >= g_guard) CHECK_REL(with, exact, TOLERANCE);
-        else CHECK_BELOW(with, without * (1.0 + TOLERANCE));
+        if (share >= g_guard) CHECK_REL(with, exact, 3.0 * TOLERANCE);
+        else CHECK_BELOW(with, without * (1.0 + 3.0 * TOLERANCE));
         record("approach unguarded", share, &plain, without, exact);
         record("approach guarded", share, &guarded, with, exact);
         object_free(&o);
@@ -468,7 +468,7 @@ static void squash(void)
 {   // Oracles: the converged reference; and a fresh object on the same frame. A sphere of 4 mean free paths becomes a
     // sheet of a tenth of one; the kept object's hierarchy was made for the sphere.
     static const double albedo[3] = {0.9, 0.95, 0.99};
-    const int count = g_csv ? 25 : 4, levels = g_csv ? 4 : 3;
+    const int count = g_csv ? 13 : 4, levels = g_csv ? 4 : 3;
     mesh_data mesh;
     object o;
     sss_bem_options options;

@@ -7,8 +7,10 @@ out=${1:-$here}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-"$here/../../build/tests/stability/stability" --write "$work"
+status=0
+"$here/../../build/tests/stability/stability" --write "$work" || status=$? # what failed shows in the figure as well
 gnuplot -e "csv='$work/stability_bem.csv'; png='$work/stability_bem.png'" "$here/stability.gp"
 [ -s "$work/stability_bem.png" ] || { echo "stability.sh: gnuplot drew nothing" >&2; exit 1; }
 mkdir -p "$out"
 cp "$work/stability_bem.csv" "$work/stability_bem.png" "$out/"
+exit $status

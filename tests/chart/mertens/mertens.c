@@ -53,7 +53,7 @@ int main(int argc, char **argv)
     {
         if (strcmp(argv[i], "--quick") == 0)
         {
-            s.triangles_max = s.paper_oracle_max = 9000;
+            s.triangles_max = s.paper_oracle_max = 2100;
             s.seconds = 0.05;
             s.receivers = 24;
             s.coarser = 2;
