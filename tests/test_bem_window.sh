@@ -63,5 +63,11 @@ for key in i h m minus space l; do
     job "key $key" "tail -n 1 '$work/after-$key.said' | sed 's/^/note: /'; [ \$(cat '$work/after-$key') = 0 ]"
 done
 job "Escape ends it with status 0" "cat '$work/said'; [ '$left $status' = '0 0' ]"
+job_fails "without a display it fails and says why" "env -u DISPLAY -u WAYLAND_DISPLAY '$bem'" display
+job "--headless: needs no display, writes a picture, prints four modes of two scenes" "
+    env -u DISPLAY -u WAYLAND_DISPLAY '$bem' --headless '$work/strip.png' >'$work/strip.said' &&
+    [ \$(wc -c <'$work/strip.png') -gt 20000 ] && [ \$(grep -c 'scatter' '$work/strip.said') = 8 ]"
+job_fails "a mesh that is not there" "'$bem' '$work/absent.glb' --headless '$work/no.png'" 'cannot open'
+job_fails "wrong arguments" "'$bem' one two" usage
 
 jobs_end
