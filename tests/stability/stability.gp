@@ -57,23 +57,24 @@ plot rows("approach unguarded") using 2:7 with lines lw 6 lc rgb "#d9d9d9" title
 
 set title "model: lit face of a slab"
 set xlabel "thickness, mean free paths"
-set key bottom right
+set key top left
 unset logscale y
 set format y "%g"
-set yrange [0:*]
+set yrange [0:1.2]
 plot for [a in albedos] rows("slab front ".a) using 2:6 with linespoints lw 2 pt 7 title "dipole, alpha' ".a, \
      for [a in albedos] rows("slab front ".a) using 2:7 with lines lw 2 dt 2 title "slab, alpha' ".a
 set title "model: dark face of a slab"
 set key top right
+set yrange [0:1.6]
 plot for [a in albedos] rows("slab back ".a) using 2:6 with linespoints lw 2 pt 7 title "dipole, alpha' ".a, \
      for [a in albedos] rows("slab back ".a) using 2:7 with lines lw 2 dt 2 title "slab, alpha' ".a
 set title "model: slab, dipole over truth"
 set logscale y
-set yrange [*:*]
+set yrange [0.1:100]
 plot for [a in albedos] rows("slab front ".a) using 2:($6/$7) with linespoints lw 2 pt 7 title "lit face, ".a, \
      for [a in albedos] rows("slab back ".a) using 2:($6/$7) with linespoints lw 2 pt 6 title "dark face, ".a
 unset logscale y
-set yrange [0:*]
+set yrange [0:1.2]
 set title "model: sphere without absorption, even light"
 set xlabel "radius, mean free paths"
 plot rows("sphere") using 2:6 with linespoints ls 1 title "B/E", \
@@ -82,8 +83,10 @@ set title "model: light across the gap of two fingers"
 set xlabel "gap, mean free paths"
 plot rows("fingers") using 2:6 with linespoints ls 1 title "brightest of the dark finger over the lit one's", \
      rows("fingers") using 2:7 with lines ls 3 dt 2 title "truth"
-set title "guard on the bunny: share of values it changes by more than 5 %"
+set title "bunny: share of values that the guard changes"
 set xlabel "size, mm"
+set ylabel "share changed by more than 5 %"
+set yrange [0:0.5]
 set xrange [5:400]
 plot for [m in "Marble Skimmilk"] rows("guard on the bunny ".m) using 2:6 with linespoints lw 2 pt 7 title m
 unset multiplot
