@@ -879,6 +879,1952 @@ static void form_factors_of_bad_input(void)
     CHECK_REL(sss_bem_form_factor(doubled, 5, source, 1.0, 1.0), sss_bem_form_factor(good, 3, source, 1.0, 1.0), 1e-14);
 }
 
+// ================================================= 2. Shading =================================================
+
+// A profile that no check can take for a good one, if it could not be made.
+static sss_profile failed_profile(void)
+{
+    sss_profile profile;
+    for (int c = 0; c < 3; ++c)
+        profile.alpha_p[c] = profile.sigma_tr[c] = profile.z_r[c] = profile.z_v[c] = (double)NAN;
+    profile.eta = profile.F_internal = profile.F_external = (double)NAN;
+    return profile;
+}
+
+static sss_profile profile_of(const char *name)
+{
+    sss_dipole_material material;
+    sss_profile profile;
+    if (sss_dipole_material_by_name(name, &material) != SSS_OK ||
+        sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, &profile) != SSS_OK)
+        return failed_profile();
+    return profile;
+}
+
+// The same material where every length is `scale` times as long.
+static sss_profile scaled_profile(sss_profile p, double scale)
+{
+    for (int c = 0; c < 3; ++c)
+    {
+        p.sigma_tr[c] /= scale;
+        p.z_r[c] *= scale;
+        p.z_v[c] *= scale;
+    }
+    return p;
+}
+
+// Light from (1,1,1), for each channel another brightness. shadow: nothing where x is above the mesh's middle, a hard
+// edge; else a little everywhere, so that no receiver is dark.
+static float *sunlight(const mesh_data *mesh, int shadow)
+{
+    float *E = (float *)malloc(3 * mesh->vertex_count * sizeof *E);
+    double middle = 0.0;
+    for (size_t v = 0; v < mesh->vertex_count; ++v)
+        middle += (double)mesh->positions[3 * v] / (double)mesh->vertex_count;
+    for (size_t v = 0; E != NULL && v < mesh->vertex_count; ++v)
+        for (size_t c = 0; c < 3; ++c)
+        {
+            const float *n = &mesh->normals[3 * v];
+            const float lit = fmaxf(0.0f, 0.57735f * (n[0] + n[1] + n[2])) * (1.0f + 0.5f * (float)c);
+            E[3 * v + c] = !shadow ? lit + 0.02f : ((double)mesh->positions[3 * v] > middle ? 0.0f : lit);
+        }
+    return E;
+}
+
+// An object, its mesh, its light, room for results.
+typedef struct scene
+{
+    mesh_data mesh;
+    sss_mesh view;
+    sss_profile profile;
+    float *E, *B, *other; // [V][3]
+    size_t V;
+} scene;
+
+// Takes the mesh over.
+static int scene_make(scene *s, const mesh_data *mesh, double mm_per_unit, const char *material)
+{
+    memset(s, 0, sizeof *s);
+    s->mesh = *mesh;
+    s->view = mesh_view(&s->mesh, mm_per_unit);
+    s->profile = profile_of(material);
+    s->V = mesh->vertex_count;
+    s->E = sunlight(&s->mesh, 0);
+    s->B = (float *)calloc(3 * s->V, sizeof(float));
+    s->other = (float *)calloc(3 * s->V, sizeof(float));
+    return s->E == NULL || s->B == NULL || s->other == NULL;
+}
+
+static void scene_free(scene *s)
+{
+    mesh_free(&s->mesh);
+    free(s->E);
+    free(s->B);
+    free(s->other);
+    memset(s, 0, sizeof *s);
+}
+
+static int scene_of_sphere(scene *s, int levels, double radius_mm)
+{
+    mesh_data sphere;
+    return mesh_sphere(levels, radius_mm, &sphere) != 0 || scene_make(s, &sphere, 1.0, "Marble") != 0;
+}
+
+// The bunny with about 1/factor of its triangles.
+static int scene_of_bunny(scene *s, double factor, double size_mm, const char *material)
+{
+    mesh_data bunny, coarse;
+    memset(s, 0, sizeof *s);
+    if (mesh_load_bunny(&bunny) != 0)
+        return 1;
+    if (factor > 1.0)
+    {
+        const int failed = mesh_decimate(&bunny, factor, &coarse);
+        mesh_free(&bunny);
+        if (failed)
+            return 1;
+        bunny = coarse;
+    }
+    return scene_make(s, &bunny, size_mm / mesh_extent(&bunny), material);
+}
+
+// NULL where something failed.
+static sss_bem *bem_of(const scene *s, const sss_bem_options *options, const sss_hooks *hooks)
+{
+    sss_bem *bem = NULL;
+    if (sss_bem_create(&s->view, &s->profile, options, hooks, &bem) != SSS_OK)
+        return NULL;
+    if (sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s->E) == SSS_OK)
+        return bem;
+    sss_bem_free(bem);
+    return NULL;
+}
+
+static sss_bem_options options_of(double tolerance, double guard)
+{
+    sss_bem_options options;
+    memset(&options, 0, sizeof options);
+    options.tolerance = tolerance;
+    options.guard = guard;
+    return options;
+}
+
+static sss_result shade_once(const scene *s, const sss_bem_options *options, float *B)
+{
+    sss_bem *bem = bem_of(s, options, NULL);
+    const sss_result result = bem != NULL ? sss_bem_shade(bem, B) : SSS_ERROR_BAD_DATA;
+    sss_bem_free(bem);
+    return result;
+}
+
+// Vertices drawn so that each stands for the same area: plain sums over them are then area-weighted.
+static size_t *vertices_by_area(const mesh_data *mesh, size_t count)
+{
+    double *area = (double *)malloc(mesh->vertex_count * sizeof *area);
+    size_t *index = (size_t *)calloc(count, sizeof *index), next = 0;
+    double below = 0.0, total = 0.0;
+    if (area != NULL && index != NULL)
+    {
+        mesh_vertex_areas(mesh, area);
+        for (size_t v = 0; v < mesh->vertex_count; ++v)
+            total += area[v];
+        for (size_t v = 0; v < mesh->vertex_count && next < count; ++v)
+            for (below += area[v]; next < count && ((double)next + 0.5) / (double)count * total < below; ++next)
+                index[next] = v;
+    }
+    free(area);
+    return index;
+}
+
+// What the converged reference says of some vertices.
+typedef struct truth
+{
+    size_t *index;
+    size_t count;
+    double *B; // [count][3]
+} truth;
+
+static int truth_make(truth *t, const scene *s, size_t count, double guard, double tolerance)
+{
+    const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, tolerance, guard};
+    t->index = vertices_by_area(&s->mesh, count);
+    t->count = count;
+    t->B = (double *)calloc(6 * count, sizeof *t->B);
+    return t->index == NULL || t->B == NULL ||
+           reference_radiosity_many(&s->view, &s->profile, s->E, &options, s->mesh.positions, s->mesh.normals, t->index,
+                                    count, 2, t->B, t->B + 3 * count) != 0;
+}
+
+static void truth_free(truth *t)
+{
+    free(t->index);
+    free(t->B);
+}
+
+static double error_at(const truth *t, const float *B)
+{
+    double error = 0.0, norm = 0.0;
+    for (size_t i = 0; i < 3 * t->count; ++i)
+    {
+        const double d = B[3 * t->index[i / 3] + i % 3] - t->B[i];
+        error += d * d;
+        norm += t->B[i] * t->B[i];
+    }
+    return sqrt(error / norm);
+}
+
+// Relative L2 distance of two results, weighted by area, over all vertices; and the largest over the largest.
+static double distance_of(const scene *s, const float *B, const float *want)
+{
+    double *area = (double *)calloc(s->V, sizeof *area), error = 0.0, norm = 0.0;
+    if (area == NULL)
+        return HUGE_VAL;
+    mesh_vertex_areas(&s->mesh, area);
+    for (size_t i = 0; i < 3 * s->V; ++i)
+    {
+        error += area[i / 3] * ((double)B[i] - want[i]) * ((double)B[i] - want[i]);
+        norm += area[i / 3] * (double)want[i] * want[i];
+    }
+    free(area);
+    return sqrt(error / norm);
+}
+
+static double largest_difference(const float *B, const float *want, size_t count)
+{
+    double error = 0.0, largest = 0.0;
+    for (size_t i = 0; i < count; ++i)
+    {
+        keep_worst(&error, fabs((double)B[i] - want[i]));
+        keep_worst(&largest, fabs((double)want[i]));
+    }
+    return error == 0.0 ? 0.0 : error / largest;
+}
+
+// ---- Against the converged reference ----
+
+static const char *const two_materials[2] = {"Marble", "Skimmilk"};
+static const double three_sizes[3] = {10.0, 50.0, 200.0};
+
+static void bunny_agrees_with_the_reference(void)
+{   // Oracle: the converged reference at 2e-5 with the same guard, 60 vertices by area. The whole bunny, in both
+    // materials of the bars and at their three sizes, at 1 %, 0.1 % and 0.01 %.
+    for (int m = 0; m < 2; ++m)
+        for (int size = 0; size < 3; ++size)
+        {
+            scene s;
+            truth t;
+            if (scene_of_bunny(&s, 1.0, three_sizes[size], two_materials[m]) != 0)
+                SKIP("glmark2-data with its bunny is not installed");
+            CHECK_EQUAL(s.mesh.triangle_count, 69666);
+            CHECK_EQUAL(truth_make(&t, &s, 60, 0.25, 2e-5), 0);
+            for (int k = 2; k <= 4; ++k)
+            {
+                const sss_bem_options options = options_of(pow(10.0, -k), 0.0);
+                test_about("%s, %g mm, tolerance %g", two_materials[m], three_sizes[size], options.tolerance);
+                CHECK_EQUAL(shade_once(&s, &options, s.B), SSS_OK);
+                CHECK_BETWEEN(error_at(&t, s.B), 1e-7, options.tolerance);
+            }
+            // A mutation: the channels mixed up must be caught.
+            for (size_t i = 0; i < 3 * s.V; i += 3)
+            {
+                const float red = s.B[i];
+                s.B[i] = s.B[i + 2];
+                s.B[i + 2] = red;
+            }
+            CHECK_BETWEEN(error_at(&t, s.B), 0.02, 2.0);
+            truth_free(&t);
+            scene_free(&s);
+        }
+}
+
+static void shadow_edges_and_no_guard(void)
+{   // Oracle: the converged reference, 40 vertices by area. A hard shadow across the bunny, with the guard; and the light
+    // of the test before without any guard against the reference without, spikes included.
+    for (int k = 0; k < 4; ++k)
+    {
+        scene s;
+        truth t;
+        const int m = k % 2, size = k < 2 ? k : 2, shadow = k < 3;
+        const double guard = shadow ? 0.25 : 0.0;
+        if (scene_of_bunny(&s, 1.0, three_sizes[size], two_materials[m]) != 0)
+            SKIP("glmark2-data with its bunny is not installed");
+        free(s.E);
+        s.E = sunlight(&s.mesh, shadow);
+        CHECK_EQUAL(truth_make(&t, &s, 40, guard, 2e-5), 0);
+        for (int digits = 2; digits <= 3; ++digits)
+        {
+            const sss_bem_options options = options_of(pow(10.0, -digits), shadow ? 0.0 : -1.0);
+            test_about("%s, %g mm, %s, tolerance %g", two_materials[m], three_sizes[size],
+                       shadow ? "shadow edge" : "no guard", options.tolerance);
+            CHECK_EQUAL(shade_once(&s, &options, s.B), SSS_OK);
+            CHECK_BETWEEN(error_at(&t, s.B), 1e-7, options.tolerance);
+        }
+        truth_free(&t);
+        scene_free(&s);
+    }
+}
+
+static void the_guards_cost(void)
+{   // Oracle: the converged reference without a guard, on a coarse bunny. Where scattering is short the guard changes
+    // nothing; where objects are thinner than its sources are deep, it cuts what is spurious.
+    for (int size = 0; size < 3; ++size)
+    {
+        scene s;
+        truth t;
+        if (scene_of_bunny(&s, 10.0, three_sizes[size], "Marble") != 0)
+            SKIP("glmark2-data with its bunny is not installed");
+        CHECK_EQUAL(truth_make(&t, &s, 100, 0.0, 1e-4), 0);
+        const sss_bem_options open = options_of(1e-3, -1.0), guarded = options_of(1e-3, 0.0);
+        test_about("%g mm", three_sizes[size]);
+        CHECK_EQUAL(shade_once(&s, &open, s.B), SSS_OK);
+        CHECK_EQUAL(shade_once(&s, &guarded, s.other), SSS_OK);
+        CHECK_BELOW(error_at(&t, s.B), 1e-3);
+        test_note("relative L2 distance from the unguarded integral: no guard %.2e, guard 1/4 %.2e", error_at(&t, s.B),
+                  error_at(&t, s.other));
+        if (size == 2)
+            CHECK_BELOW(error_at(&t, s.other), 2e-2);
+        truth_free(&t);
+        scene_free(&s);
+    }
+}
+
+static void errors_are_predicted(void)
+{   // Oracle: the finest tolerance, 1e-4, itself held against the reference above; all vertices. Never below what is
+    // measured, never more than five times above.
+    static const double tolerances[5] = {0.1, 0.03, 0.01, 0.003, 0.001};
+    for (int m = 0; m < 2; ++m)
+        for (int size = 0; size < 3; ++size)
+        {
+            scene s;
+            if (scene_of_bunny(&s, 1.0, three_sizes[size], two_materials[m]) != 0)
+                SKIP("glmark2-data with its bunny is not installed");
+            const sss_bem_options finest = options_of(1e-4, 0.0);
+            CHECK_EQUAL(shade_once(&s, &finest, s.other), SSS_OK);
+            for (size_t k = 0; k < 5; ++k)
+            {
+                const sss_bem_options options = options_of(tolerances[k], 0.0);
+                sss_bem_stats stats;
+                double error = -1.0;
+                sss_bem *bem = bem_of(&s, &options, NULL);
+                memset(&stats, 0, sizeof stats);
+                CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+                CHECK_EQUAL(sss_bem_predict_error(bem, 0, &error), SSS_OK);
+                CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+                const double measured = distance_of(&s, s.B, s.other);
+                test_about("%s, %g mm, tolerance %g", two_materials[m], three_sizes[size], tolerances[k]);
+                CHECK_BELOW(measured, tolerances[k]);
+                CHECK_BETWEEN(stats.predicted_error / measured, 1.0, 5.0);
+                CHECK(error > 0.0 && error <= stats.predicted_error);
+                sss_bem_free(bem);
+            }
+            scene_free(&s);
+        }
+}
+
+// ---- Closed forms ----
+
+static void flat_squares(void)
+{   // Oracle: the area integral. On a flat square under constant irradiance every receiver sees one polygon: B = E
+    // alpha'/(4 pi) (I(z_r) + I(z_v)). In the middle, on the rim and at a corner; E at vertices and at triangles.
+    scene s;
+    mesh_data grid;
+    const sss_bem_options options = options_of(1e-4, 0.0);
+    if (mesh_grid(40, 30.0, &grid) != 0 || scene_make(&s, &grid, 1.0, "Marble") != 0)
+        SKIP("out of memory");
+    static const double square[12] = {-15, -15, 0, 15, -15, 0, 15, 15, 0, -15, 15, 0};
+    float *E_triangles = (float *)calloc(3 * s.mesh.triangle_count, sizeof(float));
+    for (size_t i = 0; i < 3 * s.V; ++i)
+        s.E[i] = 2.0f;
+    for (size_t i = 0; i < 3 * s.mesh.triangle_count; ++i)
+        E_triangles[i] = 2.0f;
+    sss_bem *bem = bem_of(&s, &options, NULL);
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_TRIANGLES, E_triangles), SSS_OK);
+    CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+    double worst = 0.0, by_triangles = 0.0, middle = 0.0;
+    for (size_t v = 0; v < s.V; v += 131)
+        for (size_t c = 0; c < 3; ++c)
+        {
+            const sss_profile *p = &s.profile;
+            const float *x = &s.mesh.positions[3 * v];
+            const double real[3] = {x[0], x[1], p->z_r[c]}, virtual_one[3] = {x[0], x[1], p->z_v[c]};
+            const double want = 2.0 * p->alpha_p[c] / (4.0 * PI) *
+                                (double)(area_source_term(square, 4, real, p->z_r[c], p->sigma_tr[c]) +
+                                         area_source_term(square, 4, virtual_one, p->z_v[c], p->sigma_tr[c]));
+            keep_worst(&worst, relative_error(s.B[3 * v + c], want));
+            keep_worst(&by_triangles, relative_error(s.other[3 * v + c], want));
+            middle = fmax(middle, s.B[3 * v + c]);
+        }
+    CHECK_BELOW(worst, 5e-4);
+    CHECK_BELOW(by_triangles, 5e-4);
+    CHECK_BELOW(middle, 2.0); // no more light leaves than enters
+    sss_bem_free(bem);
+    free(E_triangles);
+    scene_free(&s);
+}
+
+// A sphere of radius a under constant irradiance 1; the source D from its centre. Since s ds = a D sin(theta) dtheta, the
+// integral is 2 pi a z/D [exp(-sigma s)/s] between |a - D| and a + D.
+static double sphere_radiosity(const sss_profile *p, int c, double a)
+{
+    double sum = 0.0;
+    for (int source = 0; source < 2; ++source)
+    {
+        const double z = source == 0 ? p->z_r[c] : p->z_v[c], D = fabs(source == 0 ? a - z : a + z);
+        const double near_s = fabs(a - D), far_s = a + D, sigma = p->sigma_tr[c];
+        sum += 2.0 * PI * a * z / D * (exp(-sigma * near_s) / near_s - exp(-sigma * far_s) / far_s);
+    }
+    return p->alpha_p[c] / (4.0 * PI) * sum;
+}
+
+static void spheres(void)
+{   // Oracle: closed form (above); two levels of subdivision extrapolate to the sphere, whose surface they approach with
+    // the square of the edge. Radius 5 mm in marble, in the mean over the vertices.
+    double value[2][3] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
+    const sss_bem_options options = options_of(1e-4, 0.0);
+    sss_profile profile = failed_profile();
+    for (int k = 0; k < 2; ++k)
+    {
+        scene s;
+        if (scene_of_sphere(&s, 4 + k, 5.0) != 0)
+            SKIP("out of memory");
+        for (size_t i = 0; i < 3 * s.V; ++i)
+            s.E[i] = 1.0f;
+        CHECK_EQUAL(shade_once(&s, &options, s.B), SSS_OK);
+        for (size_t i = 0; i < 3 * s.V; ++i)
+            value[k][i % 3] += s.B[i] / (double)s.V;
+        profile = s.profile;
+        scene_free(&s);
+    }
+    for (int c = 0; c < 3; ++c)
+        CHECK_REL((4.0 * value[1][c] - value[0][c]) / 3.0, sphere_radiosity(&profile, c, 5.0), 1e-3);
+}
+
+// ---- Media and scales ----
+
+// One small scene against the reference; the guard as given.
+static void small_case(const scene *s, double tolerance, const char *name)
+{
+    truth t;
+    const sss_bem_options options = options_of(tolerance, 0.0);
+    test_about("%s", name);
+    CHECK_EQUAL(truth_make(&t, s, 30, 0.25, 0.02 * tolerance), 0);
+    CHECK_EQUAL(shade_once(s, &options, s->B), SSS_OK);
+    CHECK_BELOW(error_at(&t, s->B), tolerance);
+    truth_free(&t);
+}
+
+static void special_media(void)
+{   // Oracle: the converged reference. No absorption; absorption far above scattering; a channel without scattering,
+    // which is exactly dark, and one without any medium.
+    scene s;
+    if (scene_of_sphere(&s, 4, 5.0) != 0)
+        SKIP("out of memory");
+    s.profile = profile_of("Spectralon");
+    small_case(&s, 1e-2, "Spectralon");
+    small_case(&s, 1e-3, "Spectralon at 1e-3");
+    s.profile = profile_of("Ketchup");
+    small_case(&s, 1e-2, "Ketchup");
+    s.profile = profile_of("Marble");
+    s.profile.alpha_p[1] = 0.0;
+    s.profile.alpha_p[2] = s.profile.z_r[2] = s.profile.z_v[2] = s.profile.sigma_tr[2] = 0.0;
+    small_case(&s, 1e-2, "two dark channels");
+    int dark = 1;
+    for (size_t v = 0; v < s.V; ++v)
+        dark &= s.B[3 * v] > 0.0f && s.B[3 * v + 1] == 0.0f && s.B[3 * v + 2] == 0.0f;
+    CHECK(dark);
+    scene_free(&s);
+}
+
+static void mean_free_paths_of_every_length(void)
+{   // Oracle: the converged reference. Marble whose lengths are 1e-6 to 1e6 times those of the sphere, and channels that
+    // differ by 1e4. No number is anything but finite.
+    char name[64];
+    scene s;
+    if (scene_of_sphere(&s, 4, 1.0) != 0)
+        SKIP("out of memory");
+    const sss_profile marble = profile_of("Marble");
+    for (int digits = -6; digits <= 6; digits += 2)
+    {
+        (void)snprintf(name, sizeof name, "mean free path 1e%d", digits);
+        s.profile = scaled_profile(marble, pow(10.0, digits));
+        small_case(&s, 1e-2, name);
+        int finite = 1;
+        for (size_t i = 0; i < 3 * s.V; ++i)
+            finite &= isfinite(s.B[i]) != 0;
+        CHECK(finite);
+    }
+    const sss_profile thin = scaled_profile(marble, 1e-2), thick = scaled_profile(marble, 1e2);
+    s.profile = marble;
+    s.profile.sigma_tr[0] = thin.sigma_tr[0];
+    s.profile.z_r[0] = thin.z_r[0];
+    s.profile.z_v[0] = thin.z_v[0];
+    s.profile.sigma_tr[2] = thick.sigma_tr[2];
+    s.profile.z_r[2] = thick.z_r[2];
+    s.profile.z_v[2] = thick.z_v[2];
+    small_case(&s, 1e-2, "channels of unlike paths");
+    scene_free(&s);
+}
+
+static void units_change_nothing(void)
+{   // Oracle: similarity. mm_per_unit over twelve orders, the material with it: the same B.
+    scene s;
+    if (scene_of_sphere(&s, 4, 5.0) != 0)
+        SKIP("out of memory");
+    const sss_profile marble = s.profile;
+    CHECK_EQUAL(shade_once(&s, NULL, s.other), SSS_OK);
+    for (int digits = -6; digits <= 6; digits += 3)
+    {
+        s.view.mm_per_unit = pow(10.0, digits);
+        s.profile = scaled_profile(marble, pow(10.0, digits));
+        test_about("1e%d mm per unit", digits);
+        CHECK_EQUAL(shade_once(&s, NULL, s.B), SSS_OK);
+        CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-5);
+    }
+    scene_free(&s);
+}
+
+static void radiosity_is_linear(void)
+{   // Oracle: linearity. Doubled light doubles B; no light gives exactly nothing; light is added within the tolerance.
+    scene s;
+    if (scene_of_sphere(&s, 4, 5.0) != 0)
+        SKIP("out of memory");
+    sss_bem *bem = bem_of(&s, NULL, NULL);
+    float *sum = (float *)calloc(3 * s.V, sizeof *sum);
+    CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+    for (size_t i = 0; i < 3 * s.V; ++i)
+        s.E[i] *= 2.0f;
+    CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s.E), SSS_OK);
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    for (size_t i = 0; i < 3 * s.V; ++i)
+    {
+        sum[i] = 2.0f * s.other[i];
+        s.E[i] = 0.0f;
+    }
+    CHECK_BELOW(largest_difference(s.B, sum, 3 * s.V), 1e-6);
+    CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s.E), SSS_OK);
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    int dark = 1;
+    for (size_t i = 0; i < 3 * s.V; ++i)
+        dark &= s.B[i] == 0.0f;
+    CHECK(dark);
+    free(sum);
+    sss_bem_free(bem);
+    scene_free(&s);
+}
+
+static void every_path_agrees(void)
+{   // Oracle: plain C. Each set of instructions of this processor within its stated tolerance.
+    static const sss_bem_path paths[4] = {SSS_BEM_PATH_PORTABLE, SSS_BEM_PATH_AUTO, SSS_BEM_PATH_AVX2,
+                                          SSS_BEM_PATH_AVX512};
+    scene s;
+    if (scene_of_bunny(&s, 10.0, 50.0, "Skimmilk") != 0)
+        SKIP("glmark2-data with its bunny is not installed");
+    for (size_t k = 0; k < 4; ++k)
+    {
+        sss_bem_options options = options_of(1e-3, 0.0);
+        sss_bem_stats stats;
+        sss_bem *bem = NULL;
+        options.path = paths[k];
+        test_about("path %d", (int)paths[k]);
+        const sss_result result = sss_bem_create(&s.view, &s.profile, &options, NULL, &bem);
+        if (result == SSS_ERROR_INVALID_ARGUMENT && k >= 2)
+        {
+            test_note("this processor lacks path %d", (int)paths[k]);
+            continue;
+        }
+        CHECK_EQUAL(result, SSS_OK);
+        CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s.E), SSS_OK);
+        CHECK_EQUAL(sss_bem_shade(bem, k == 0 ? s.other : s.B), SSS_OK);
+        CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+        CHECK(k == 1 || stats.path == paths[k]);
+        if (k > 0)
+            CHECK_BELOW(distance_of(&s, s.B, s.other), stats.path_tolerance);
+        CHECK_BELOW(stats.path_tolerance, 1e-4);
+        sss_bem_free(bem);
+    }
+    scene_free(&s);
+}
+
+// ================================================= 3. Three modes =================================================
+
+// POSIX threads under hooks.parallel_for: three threads, uneven pieces, each begun from its end.
+typedef struct piece
+{
+    void (*task)(void *context, size_t begin, size_t end);
+    void *context;
+    size_t begin, end;
+} piece;
+
+static void *run_piece(void *pointer)
+{
+    const piece *p = (const piece *)pointer;
+    for (size_t i = p->end; i > p->begin;)
+    {
+        const size_t from = i - p->begin > 3 ? i - 3 : p->begin;
+        p->task(p->context, from, i);
+        i = from;
+    }
+    return NULL;
+}
+
+static void threads_for(void *user, size_t count, void (*task)(void *, size_t, size_t), void *context)
+{
+    pthread_t thread[3];
+    piece pieces[3];
+    int started[3];
+    if (user != NULL)
+        ++*(int *)user;
+    for (size_t i = 0; i < 3; ++i)
+    {
+        pieces[i].task = task;
+        pieces[i].context = context;
+        pieces[i].begin = count * i * i / 9;
+        pieces[i].end = count * (i + 1) * (i + 1) / 9;
+        started[i] = pthread_create(&thread[i], NULL, run_piece, &pieces[i]) == 0;
+        if (!started[i])
+            (void)run_piece(&pieces[i]);
+    }
+    for (size_t i = 0; i < 3; ++i)
+        if (started[i])
+            (void)pthread_join(thread[i], NULL);
+}
+
+static void splitting_changes_no_bit(void)
+{   // Oracle: the whole in one call. Rows in pieces of 1, 7 and 64, written nowhere else; threads; a second object.
+    static const size_t steps[3] = {1, 7, 64};
+    scene s;
+    if (scene_of_bunny(&s, 20.0, 50.0, "Marble") != 0)
+        SKIP("glmark2-data with its bunny is not installed");
+    const size_t bytes = 3 * s.V * sizeof(float);
+    sss_bem *bem = bem_of(&s, NULL, NULL);
+    sss_bem_stats stats;
+    memset(&stats, 0, sizeof stats);
+    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+    CHECK_BETWEEN((double)stats.row_count, 2.0, (double)s.V);
+    for (size_t k = 0; k < 3; ++k)
+    {
+        int fine = 1;
+        memset(s.B, 0x7F, bytes);
+        for (size_t begin = 0; begin < stats.row_count; begin += steps[k])
+        {
+            const size_t end = begin + steps[k] < stats.row_count ? begin + steps[k] : stats.row_count;
+            fine &= sss_bem_shade_rows(bem, begin, end, s.B) == SSS_OK;
+        }
+        test_about("pieces of %d", (int)steps[k]);
+        CHECK(fine && memcmp(s.B, s.other, bytes) == 0);
+    }
+    memset(s.B, 0x7F, bytes);
+    CHECK_EQUAL(sss_bem_shade_rows(bem, 1, 2, s.B), SSS_OK);
+    size_t written = 0;
+    int as_whole = 1;
+    for (size_t v = 0; v < s.V; ++v)
+    {
+        unsigned char fill[12];
+        memset(fill, 0x7F, sizeof fill);
+        const int touched = memcmp(&s.B[3 * v], fill, sizeof fill) != 0;
+        written += touched ? 1 : 0;
+        as_whole &= !touched || memcmp(&s.B[3 * v], &s.other[3 * v], sizeof fill) == 0;
+    }
+    test_about("%s", "one row");
+    CHECK(as_whole);
+    CHECK_BETWEEN((double)written, 1.0, (double)s.V / 2.0);
+    sss_bem_free(bem);
+    int calls = 0;
+    sss_hooks hooks;
+    memset(&hooks, 0, sizeof hooks);
+    hooks.parallel_for = threads_for;
+    hooks.user = &calls;
+    bem = bem_of(&s, NULL, &hooks);
+    test_about("%s", "threads");
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    CHECK(memcmp(s.B, s.other, bytes) == 0);
+    CHECK_EQUAL(sss_bem_update(bem, 0, NULL), SSS_OK);
+    CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+    sss_bem *serial = bem_of(&s, NULL, NULL);
+    CHECK_EQUAL(sss_bem_update(serial, 0, NULL), SSS_OK);
+    CHECK_EQUAL(sss_bem_render(serial, s.other), SSS_OK);
+    CHECK(memcmp(s.B, s.other, bytes) == 0);
+    CHECK(calls > 0);
+    sss_bem_free(serial);
+    sss_bem_free(bem);
+    scene_free(&s);
+}
+
+static void three_modes_agree(void)
+{   // Oracle: one mode against another, to rounding: on the fly, render after a full update, render after many small
+    // ones, render with nothing linked; then at another light. gather at the vertices differs by the tolerance at most.
+    static const double tolerances[2] = {1e-2, 1e-3};
+    for (int k = 0; k < 4; ++k)
+    {
+        scene s;
+        sss_bem_stats stats;
+        const sss_bem_options options = options_of(tolerances[k % 2], 0.0);
+        if (scene_of_bunny(&s, 10.0, three_sizes[k % 3], two_materials[k / 2]) != 0)
+            SKIP("glmark2-data with its bunny is not installed");
+        sss_bem *bem = bem_of(&s, &options, NULL), *slow = bem_of(&s, &options, NULL);
+        size_t pending = 1, calls = 0, last = SIZE_MAX;
+        int falls = 1;
+        test_about("%s, %g mm, tolerance %g", two_materials[k / 2], three_sizes[k % 3], options.tolerance);
+        CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+        CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+        CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-6);
+        CHECK_EQUAL(sss_bem_update(bem, 0, &pending), SSS_OK);
+        CHECK_EQUAL(pending, 0);
+        CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+        CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-6);
+        CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+        CHECK(stats.pending_rows == 0 && stats.link_count > 0 && stats.link_bytes > 0 && stats.link_bytes < stats.bytes);
+        test_note("%.1f links and %.1f near factors a vertex, %.0f bytes of links a vertex",
+                  (double)stats.link_count / (double)s.V, (double)stats.near_count / (double)s.V,
+                  (double)stats.link_bytes / (double)s.V);
+        for (pending = 1; pending > 0 && calls < 100000; ++calls)
+        {
+            if (sss_bem_update(slow, 20000, &pending) != SSS_OK)
+                break;
+            falls &= pending <= last;
+            last = pending;
+            if (calls % 37 == 5)
+            {   // half linked: the same light
+                CHECK_EQUAL(sss_bem_render(slow, s.B), SSS_OK);
+                CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-6);
+            }
+        }
+        CHECK(falls);
+        CHECK_BETWEEN((double)calls, 2.0, 99999.0);
+        CHECK_EQUAL(sss_bem_render(bem, s.other), SSS_OK);
+        CHECK_EQUAL(sss_bem_render(slow, s.B), SSS_OK);
+        CHECK(memcmp(s.B, s.other, 3 * s.V * sizeof(float)) == 0);
+        free(s.E);
+        s.E = sunlight(&s.mesh, 1);
+        CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s.E), SSS_OK);
+        CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+        CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+        CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-6);
+        CHECK_EQUAL(sss_bem_gather(bem, s.mesh.positions, s.mesh.normals, s.V, s.B), SSS_OK);
+        CHECK_BELOW(distance_of(&s, s.B, s.other), 2.0 * options.tolerance);
+        sss_bem_unlink(bem);
+        CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+        CHECK(stats.link_count == 0 && stats.link_bytes == 0);
+        CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+        CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-6);
+        sss_bem_free(slow);
+        sss_bem_free(bem);
+        scene_free(&s);
+    }
+}
+
+// ---- Incremental ----
+
+// A smooth bump of the given height and radius over a vertex.
+static void bump(const scene *s, const float *from, float *to, size_t vertex, double radius, double height)
+{
+    for (size_t v = 0; v < s->V; ++v)
+    {
+        double r2 = 0.0;
+        for (size_t k = 0; k < 3; ++k)
+            r2 += ((double)from[3 * v + k] - from[3 * vertex + k]) * ((double)from[3 * v + k] - from[3 * vertex + k]);
+        const double w = fmax(0.0, 1.0 - r2 / (radius * radius));
+        for (size_t k = 0; k < 3; ++k)
+            to[3 * v + k] = (float)(from[3 * v + k] + height * w * w * s->mesh.normals[3 * vertex + k]);
+    }
+}
+
+static size_t moved_vertices(const scene *s, const float *a, const float *b)
+{
+    size_t moved = 0;
+    for (size_t v = 0; v < s->V; ++v)
+        moved += memcmp(&a[3 * v], &b[3 * v], 3 * sizeof(float)) != 0 ? 1 : 0;
+    return moved;
+}
+
+// The radius around a vertex that holds a share of the vertices, by halving.
+static double radius_for(const scene *s, size_t vertex, double share)
+{
+    double low = 0.0, high = 2.0 * mesh_extent(&s->mesh);
+    for (int i = 0; i < 40; ++i)
+    {
+        const double middle = 0.5 * (low + high);
+        size_t inside = 0;
+        for (size_t v = 0; v < s->V; ++v)
+        {
+            double r2 = 0.0;
+            for (size_t k = 0; k < 3; ++k)
+            {
+                const double d = (double)s->mesh.positions[3 * v + k] - s->mesh.positions[3 * vertex + k];
+                r2 += d * d;
+            }
+            inside += r2 < middle * middle ? 1 : 0;
+        }
+        *((double)inside > share * (double)s->V ? &high : &low) = middle;
+    }
+    return high;
+}
+
+// Seconds of: a new object with all its links; all links again; 5 % moved.
+typedef struct edit_times
+{
+    double build, relink, edit;
+} edit_times;
+
+static edit_times time_edit(const scene *s, sss_bem *bem, const float *to)
+{
+    edit_times t;
+    sss_bem *fresh = NULL;
+    double start = test_seconds();
+    (void)sss_bem_create(&s->view, &s->profile, NULL, NULL, &fresh);
+    (void)sss_bem_update(fresh, 0, NULL);
+    t.build = test_seconds() - start;
+    sss_bem_free(fresh);
+    start = test_seconds();
+    (void)sss_bem_set_vertices(bem, to, s->mesh.normals);
+    (void)sss_bem_update(bem, 0, NULL);
+    t.edit = test_seconds() - start;
+    start = test_seconds();
+    sss_bem_unlink(bem);
+    (void)sss_bem_update(bem, 0, NULL);
+    t.relink = test_seconds() - start;
+    return t;
+}
+
+static void an_edit_costs_a_fifth(void)
+{   // Oracle: the clock. The whole bunny; 5 % of its vertices, a compact region, move by a smooth bump and back: at most
+    // a fifth of building and linking anew. Ratios within one attempt; the best of six, for a machine that is shared.
+    for (int size = 0; size < 3; ++size)
+    {
+        scene s;
+        if (scene_of_bunny(&s, 1.0, three_sizes[size], "Marble") != 0)
+            SKIP("glmark2-data with its bunny is not installed");
+        float *bumped = (float *)calloc(3 * s.V, sizeof *bumped);
+        sss_bem *bem = bem_of(&s, NULL, NULL);
+        const size_t vertex = s.V / 3;
+        const double radius = radius_for(&s, vertex, 0.05);
+        edit_times best = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+        double ratio = HUGE_VAL, to_relink = HUGE_VAL;
+        bump(&s, s.mesh.positions, bumped, vertex, radius, 0.2 * radius);
+        test_about("%g mm", three_sizes[size]);
+        CHECK_BETWEEN((double)moved_vertices(&s, s.mesh.positions, bumped) / (double)s.V, 0.04, 0.051);
+        CHECK_EQUAL(sss_bem_update(bem, 0, NULL), SSS_OK);
+        for (int attempt = 0; attempt < 6 && ratio > 0.2; ++attempt)
+        {
+            const edit_times t = time_edit(&s, bem, attempt % 2 == 0 ? bumped : s.mesh.positions);
+            ratio = fmin(ratio, t.edit / t.build);
+            to_relink = fmin(to_relink, t.edit / t.relink);
+            best.build = fmin(best.build, t.build);
+            best.edit = fmin(best.edit, t.edit);
+        }
+        test_note("build and link %.3f s, edit %.3f s; %.2f of linking all again", best.build, best.edit, to_relink);
+        CHECK_BELOW(ratio, 0.2);
+        sss_bem_free(bem);
+        free(bumped);
+        scene_free(&s);
+    }
+}
+
+static void edits_end_where_a_fresh_build_ends(void)
+{   // Oracle: unlink and update, bit for bit. A hundred random edits: regions moved, now and then the material, the light,
+    // budgets small and large, renders in between; and a new object on the final mesh, within the tolerance of both.
+    scene s;
+    if (scene_of_bunny(&s, 10.0, 30.0, "Marble") != 0)
+        SKIP("glmark2-data with its bunny is not installed");
+    sss_bem *bem = bem_of(&s, NULL, NULL);
+    float *now = (float *)malloc(3 * s.V * sizeof *now), *next = (float *)malloc(3 * s.V * sizeof *next);
+    int fine = 1, finite = 1;
+    random_seed(11);
+    memcpy(now, s.mesh.positions, 3 * s.V * sizeof *now);
+    for (int edit = 0; edit < 100; ++edit)
+    {
+        const int kind = edit % 10;
+        if (kind == 9)
+        {
+            s.profile = profile_of(two_materials[edit / 10 % 2]);
+            fine &= sss_bem_set_profile(bem, &s.profile) == SSS_OK;
+        }
+        else if (kind == 4)
+        {
+            free(s.E);
+            s.E = sunlight(&s.mesh, edit / 10 % 2);
+            fine &= sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s.E) == SSS_OK;
+        }
+        else
+        {
+            const size_t vertex = (size_t)(random_unit() * (double)s.V);
+            const double radius = mesh_extent(&s.mesh) * random_between(0.02, 0.2);
+            bump(&s, now, next, vertex, radius, radius * random_between(-0.2, 0.3));
+            memcpy(now, next, 3 * s.V * sizeof *now);
+            fine &= sss_bem_set_vertices(bem, now, kind == 2 ? NULL : s.mesh.normals) == SSS_OK;
+        }
+        fine &= sss_bem_update(bem, kind == 7 ? 0 : (size_t)(1.0 + 200000.0 * random_unit()), NULL) == SSS_OK;
+        if (edit % 9 == 0)
+        {
+            fine &= sss_bem_render(bem, s.B) == SSS_OK;
+            for (size_t i = 0; i < 3 * s.V; ++i)
+                finite &= isfinite(s.B[i]) != 0;
+        }
+    }
+    CHECK(fine && finite);
+    size_t pending = 1;
+    CHECK_EQUAL(sss_bem_update(bem, 0, &pending), SSS_OK);
+    CHECK_EQUAL(pending, 0);
+    CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+    sss_bem_unlink(bem);
+    CHECK_EQUAL(sss_bem_update(bem, 0, &pending), SSS_OK);
+    CHECK_EQUAL(sss_bem_render(bem, s.other), SSS_OK);
+    CHECK(memcmp(s.B, s.other, 3 * s.V * sizeof(float)) == 0);
+    CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+    CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-6);
+    s.view.positions = now;
+    CHECK_EQUAL(shade_once(&s, NULL, s.other), SSS_OK);
+    CHECK_BELOW(distance_of(&s, s.B, s.other), 2e-2);
+    sss_bem_free(bem);
+    free(now);
+    free(next);
+    scene_free(&s);
+}
+
+static void pending_rows_keep_their_old_links(void)
+{   // Oracle: what came before. After a move and without an update, render gives light of the new irradiance over the old
+    // links; after an update that of the new shape. A light set while links pend is taken up at once.
+    scene s;
+    sss_bem_stats stats;
+    if (scene_of_sphere(&s, 4, 5.0) != 0)
+        SKIP("out of memory");
+    float *moved = (float *)malloc(3 * s.V * sizeof *moved);
+    sss_bem *bem = bem_of(&s, NULL, NULL), *still = bem_of(&s, NULL, NULL);
+    bump(&s, s.mesh.positions, moved, 3, 3.0, 1.0);
+    CHECK_EQUAL(sss_bem_update(bem, 0, NULL), SSS_OK);
+    CHECK_EQUAL(sss_bem_update(still, 0, NULL), SSS_OK);
+    CHECK_EQUAL(sss_bem_set_vertices(bem, moved, NULL), SSS_OK);
+    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    CHECK_BETWEEN((double)stats.pending_rows, 1.0, (double)stats.row_count);
+    for (size_t i = 0; i < 3 * s.V; ++i)
+        s.E[i] = 1.0f + (float)(i % 7);
+    CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s.E), SSS_OK);
+    CHECK_EQUAL(sss_bem_set_irradiance(still, SSS_BEM_VERTICES, s.E), SSS_OK);
+    CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+    CHECK_EQUAL(sss_bem_render(still, s.other), SSS_OK);
+    // Cluster means are weighted by areas, which have changed: alike, not the same.
+    CHECK_BELOW(distance_of(&s, s.B, s.other), 0.3);
+    CHECK_EQUAL(sss_bem_update(bem, 0, NULL), SSS_OK);
+    CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+    CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+    CHECK_BELOW(largest_difference(s.B, s.other, 3 * s.V), 1e-6);
+    sss_bem_free(bem);
+    sss_bem_free(still);
+    free(moved);
+    scene_free(&s);
+}
+
+// ================================================= 4. Hierarchy =================================================
+
+// What must hold of every node; positions as they are now.
+static void check_hierarchy(const scene *s, const sss_bem *bem, const float *positions, const char *name)
+{
+    sss_bem_stats stats;
+    memset(&stats, 0, sizeof stats);
+    test_about("%s", name);
+    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    const size_t n = stats.cluster_count, T = s->mesh.triangle_count;
+    sss_bem_cluster *node = (sss_bem_cluster *)calloc(n + 1, sizeof *node);
+    unsigned char *seen = (unsigned char *)calloc(T, 1);
+    if (!CHECK(n >= T && n <= 2 * T && node != NULL && seen != NULL))
+        return;
+    int fine = 1, leaves = 1, ranges = 1;
+    double outside = 0.0, area = 0.0, flat = 0.0, mean = 0.0;
+    for (size_t i = 0; i < n; ++i)
+        fine &= sss_bem_get_cluster(bem, i, &node[i]) == SSS_OK;
+    const double unit = s->view.mm_per_unit, size = node[0].radius;
+    for (size_t i = 0; i < n; ++i)
+    {
+        const sss_bem_cluster *c = &node[i];
+        double sum = 0.0, E[3] = {0.0, 0.0, 0.0};
+        ranges &= c->end > i && c->end <= n;
+        keep_worst(&flat, c->planarity - 1.0);
+        keep_worst(&flat, -c->planarity);
+        if (c->end == i + 1)
+        {
+            leaves &= c->triangle < T && !seen[c->triangle];
+            seen[c->triangle < T ? c->triangle : 0] = 1;
+            continue;
+        }
+        leaves &= c->triangle == SIZE_MAX;
+        size_t child = i + 1;
+        for (; child < c->end && node[child].end > child; child = node[child].end)
+        {
+            sum += node[child].area;
+            for (int k = 0; k < 3; ++k)
+                E[k] += node[child].area * node[child].irradiance[k];
+        }
+        ranges &= child == c->end;
+        keep_worst(&area, fabs(sum - c->area) / (c->area + DBL_MIN));
+        for (int k = 0; k < 3 && c->area > 0.0; ++k)
+            keep_worst(&mean, fabs(E[k] - c->area * c->irradiance[k]) / (c->area * 3.0));
+    }
+    // Every corner under a node lies in its sphere: nodes are few enough to look at all pairs on every seventh.
+    for (size_t i = 0; i < n; i += (i < 50 ? 1 : 7))
+        for (size_t j = i; j < node[i].end; ++j)
+            for (size_t k = 0; k < 3 && node[j].end == j + 1; ++k)
+            {
+                const float *p = &positions[3 * s->mesh.triangles[3 * node[j].triangle + k]];
+                const double d[3] = {p[0] - node[i].center[0], p[1] - node[i].center[1], p[2] - node[i].center[2]};
+                keep_worst(&outside, (length3(d) - node[i].radius) / size);
+            }
+    mesh_data now = s->mesh;
+    now.positions = (float *)malloc(3 * s->V * sizeof(float));
+    if (now.positions != NULL)
+    {
+        memcpy(now.positions, positions, 3 * s->V * sizeof(float));
+        CHECK_REL(node[0].area, mesh_area(&now) * unit * unit, 1e-5);
+        free(now.positions);
+    }
+    size_t missing = 0;
+    for (size_t t = 0; t < T; ++t)
+        missing += seen[t] ? 0 : 1;
+    CHECK(fine && ranges && leaves);
+    CHECK_EQUAL(missing, 0);
+    CHECK_EQUAL(node[0].end, n);
+    CHECK_BELOW(outside, 1e-5);
+    CHECK_BELOW(area, 1e-5);
+    CHECK_BELOW(mean, 1e-5);
+    CHECK_BELOW(flat, 1e-6);
+    CHECK_BELOW((double)stats.depth, 4.0 * log2((double)T) + 2.0);
+    test_note("%d nodes over %d triangles, depth %d, %.0f bytes a triangle", (int)n, (int)T, (int)stats.depth,
+              (double)stats.bytes / (double)T);
+    free(node);
+    free(seen);
+}
+
+static void the_hierarchy_holds(void)
+{   // Oracle: its definition. Face clusters over the bunny, before and after a move; a flat grid, which is all planar.
+    scene s;
+    if (scene_of_bunny(&s, 10.0, 50.0, "Marble") != 0)
+        SKIP("glmark2-data with its bunny is not installed");
+    float *moved = (float *)malloc(3 * s.V * sizeof *moved);
+    sss_bem *bem = bem_of(&s, NULL, NULL);
+    check_hierarchy(&s, bem, s.mesh.positions, "bunny");
+    const double radius = 0.5 * mesh_extent(&s.mesh);
+    bump(&s, s.mesh.positions, moved, s.V / 2, radius, radius);
+    CHECK_EQUAL(sss_bem_set_vertices(bem, moved, NULL), SSS_OK);
+    check_hierarchy(&s, bem, moved, "bunny, deformed");
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    s.view.positions = moved;
+    sss_mesh bare = s.view;
+    sss_bem *fresh = NULL;
+    bare.normals = NULL; // as set_vertices was told
+    CHECK_EQUAL(sss_bem_create(&bare, &s.profile, NULL, NULL, &fresh), SSS_OK);
+    CHECK_EQUAL(sss_bem_set_irradiance(fresh, SSS_BEM_VERTICES, s.E), SSS_OK);
+    CHECK_EQUAL(sss_bem_shade(fresh, s.other), SSS_OK);
+    CHECK_BELOW(distance_of(&s, s.B, s.other), 2e-2);
+    sss_bem_free(fresh);
+    sss_bem_free(bem);
+    free(moved);
+    scene_free(&s);
+    mesh_data grid;
+    if (mesh_grid(30, 10.0, &grid) != 0 || scene_make(&s, &grid, 1.0, "Marble") != 0)
+        SKIP("out of memory");
+    bem = bem_of(&s, NULL, NULL);
+    check_hierarchy(&s, bem, s.mesh.positions, "grid");
+    sss_bem_cluster root;
+    CHECK_EQUAL(sss_bem_get_cluster(bem, 0, &root), SSS_OK);
+    CHECK_REL(root.planarity, 1.0, 1e-6);
+    CHECK_REL(root.normal[2], 1.0, 1e-6);
+    sss_bem_free(bem);
+    scene_free(&s);
+}
+
+static void subdivision_is_heeded(void)
+{   // Oracle: the numbering. mesh_sphere's triangles are those of an octahedron split in four: under 8 * 4^k of them each
+    // node that holds 4^j of one family has the four families of 4^(j-1) for its children.
+    scene s;
+    sss_bem_options options = options_of(0.0, 0.0);
+    if (scene_of_sphere(&s, 4, 5.0) != 0)
+        SKIP("out of memory");
+    options.base_triangle_count = 8;
+    sss_bem *bem = bem_of(&s, &options, NULL);
+    if (!CHECK(bem != NULL))
+        return;
+    check_hierarchy(&s, bem, s.mesh.positions, "subdivided");
+    sss_bem_stats stats;
+    sss_bem_cluster c, child;
+    memset(&stats, 0, sizeof stats);
+    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    size_t families = 0, wrong = 0;
+    for (size_t i = 0; i < stats.cluster_count; ++i)
+    {   // the triangles below, as a range; 4 children each of a quarter
+        size_t low = SIZE_MAX, high = 0, leaves = 0, children = 0;
+        (void)sss_bem_get_cluster(bem, i, &c);
+        for (size_t j = i; j < c.end; ++j)
+        {
+            (void)sss_bem_get_cluster(bem, j, &child);
+            if (child.end != j + 1)
+                continue;
+            low = child.triangle < low ? child.triangle : low;
+            high = child.triangle > high ? child.triangle : high;
+            ++leaves;
+        }
+        if (leaves == 1 || leaves > 256 || (leaves != 4 && leaves != 16 && leaves != 64 && leaves != 256))
+            continue;
+        for (size_t j = i + 1; j < c.end; ++children)
+        {
+            (void)sss_bem_get_cluster(bem, j, &child);
+            j = child.end;
+        }
+        ++families;
+        wrong += low % leaves != 0 || high != low + leaves - 1 || children != 4 ? 1 : 0;
+    }
+    CHECK_EQUAL(wrong, 0);
+    CHECK_BETWEEN((double)families, 8.0 * 85.0, HUGE_VAL); // 1 + 4 + 16 + 64 a base triangle, at least
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    CHECK_EQUAL(shade_once(&s, NULL, s.other), SSS_OK);
+    CHECK_BELOW(distance_of(&s, s.B, s.other), 2e-2);
+    sss_bem_free(bem);
+    options.base_triangle_count = 7; // 2048 is not 7 * 4^k
+    bem = NULL;
+    CHECK_EQUAL(sss_bem_create(&s.view, &s.profile, &options, NULL, &bem), SSS_ERROR_INVALID_ARGUMENT);
+    CHECK(bem == NULL);
+    scene_free(&s);
+}
+
+static void links_tile_the_surface(void)
+{   // Oracle: counting. The clusters from which a vertex gathers hold every triangle exactly once.
+    scene s;
+    if (scene_of_bunny(&s, 10.0, 50.0, "Marble") != 0)
+        SKIP("glmark2-data with its bunny is not installed");
+    sss_bem *bem = bem_of(&s, NULL, NULL);
+    sss_bem_stats stats;
+    memset(&stats, 0, sizeof stats);
+    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    size_t *links = (size_t *)calloc(stats.cluster_count, sizeof *links);
+    unsigned char *covered = (unsigned char *)calloc(stats.cluster_count, 1);
+    int whole = 1, counted = 1;
+    double area_error = 0.0, total_links = 0.0, vertices = 0.0;
+    sss_bem_cluster root;
+    CHECK_EQUAL(sss_bem_get_cluster(bem, 0, &root), SSS_OK);
+    for (size_t v = 0; v < s.V && links != NULL && covered != NULL; v += 97)
+    {
+        size_t count = 0, again = 0;
+        double area = 0.0;
+        sss_bem_cluster c;
+        whole &= sss_bem_get_links(bem, v, NULL, 0, &again) == SSS_OK;
+        whole &= sss_bem_get_links(bem, v, links, stats.cluster_count, &count) == SSS_OK;
+        counted &= count == again && count > 0;
+        memset(covered, 0, stats.cluster_count);
+        for (size_t i = 0; i < count; ++i)
+        {
+            whole &= sss_bem_get_cluster(bem, links[i], &c) == SSS_OK;
+            area += c.area;
+            for (size_t j = links[i]; j < c.end; ++j)
+            {
+                sss_bem_cluster leaf;
+                (void)sss_bem_get_cluster(bem, j, &leaf);
+                whole &= leaf.end != j + 1 || !covered[j];
+                covered[j] = 1;
+            }
+        }
+        keep_worst(&area_error, relative_error(area, root.area));
+        total_links += (double)count;
+        vertices += 1.0;
+    }
+    CHECK(whole && counted);
+    CHECK_BELOW(area_error, 1e-5);
+    test_note("%.1f clusters a vertex of %d triangles", total_links / vertices, (int)s.mesh.triangle_count);
+    CHECK_BETWEEN(total_links / vertices, 10.0, 0.5 * (double)s.mesh.triangle_count);
+    free(links);
+    free(covered);
+    sss_bem_free(bem);
+    scene_free(&s);
+}
+
+// ============================================ 5. The paper's own oracle ============================================
+
+// B at the midpoint of every triangle as the paper has it (3.1): sum over all triangles of mean E times the form factors of
+// both sources, which stand along the triangle's own normal. The form factors are those tested above.
+static void face_sums(const scene *s, double *B)
+{
+    const size_t T = s->mesh.triangle_count;
+    double(*corner)[9] = (double(*)[9])calloc(T, sizeof *corner);
+    for (size_t t = 0; t < T && corner != NULL; ++t)
+        for (size_t k = 0; k < 9; ++k)
+            corner[t][k] = s->mesh.positions[3 * s->mesh.triangles[3 * t + k / 3] + k % 3] * s->view.mm_per_unit;
+    for (size_t r = 0; r < T && corner != NULL; ++r)
+    {
+        double u[3], v[3], n[3], middle[3];
+        for (size_t k = 0; k < 3; ++k)
+        {
+            u[k] = corner[r][3 + k] - corner[r][k];
+            v[k] = corner[r][6 + k] - corner[r][k];
+            middle[k] = (corner[r][k] + corner[r][3 + k] + corner[r][6 + k]) / 3.0;
+        }
+        cross3(u, v, n);
+        const double length = length3(n);
+        for (size_t c = 0; c < 3; ++c)
+        {
+            const sss_profile *p = &s->profile;
+            double real[3], virtual_one[3], sum = 0.0;
+            for (size_t k = 0; k < 3; ++k)
+            {
+                real[k] = middle[k] - p->z_r[c] * n[k] / length;
+                virtual_one[k] = middle[k] + p->z_v[c] * n[k] / length;
+            }
+            for (size_t t = 0; t < T; ++t)
+            {
+                double E = 0.0;
+                for (size_t k = 0; k < 3; ++k)
+                    E += s->E[3 * s->mesh.triangles[3 * t + k] + c] / 3.0;
+                sum += E * (sss_bem_form_factor_within(corner[t], 3, real, p->z_r[c], p->sigma_tr[c], 1e-6) +
+                            sss_bem_form_factor_within(corner[t], 3, virtual_one, p->z_v[c], p->sigma_tr[c], 1e-6));
+            }
+            B[3 * r + c] = p->alpha_p[c] / (4.0 * PI) * sum;
+        }
+    }
+    free(corner);
+}
+
+// Means of the triangles around each vertex, weighted by area or not.
+static void to_vertices(const scene *s, const double *faces, int by_area, float *B)
+{
+    double *sum = (double *)calloc(4 * s->V, sizeof *sum);
+    for (size_t t = 0; t < s->mesh.triangle_count && sum != NULL; ++t)
+        for (size_t k = 0; k < 3; ++k)
+        {
+            double *at = &sum[4 * (size_t)s->mesh.triangles[3 * t + k]];
+            const double weight = by_area ? mesh_triangle_area(&s->mesh, t) : 1.0;
+            at[3] += weight;
+            for (size_t c = 0; c < 3; ++c)
+                at[c] += weight * faces[3 * t + c];
+        }
+    for (size_t i = 0; i < 3 * s->V && sum != NULL; ++i)
+        B[i] = (float)(sum[4 * (i / 3) + i % 3] / fmax(sum[4 * (i / 3) + 3], DBL_MIN)); // 0 where no triangle is
+    free(sum);
+}
+
+static void solid_angles_converge(void)
+{   // Oracle: the sum over all pairs of triangles (above). As both thresholds fall, so does the distance from it; at the
+    // finest it is rounding. Links a triangle are of the paper's order, tens, where the thresholds are ordinary.
+    static const double epsilons[5] = {1.0, 0.3, 0.1, 0.03, 1e-7};
+    scene s;
+    if (scene_of_bunny(&s, 150.0, 30.0, "Marble") != 0)
+        SKIP("glmark2-data with its bunny is not installed");
+    double *faces = (double *)calloc(3 * s.mesh.triangle_count, sizeof *faces);
+    float *plain = (float *)calloc(3 * s.V, sizeof *plain);
+    double error[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
+    face_sums(&s, faces);
+    to_vertices(&s, faces, 1, s.other);
+    to_vertices(&s, faces, 0, plain);
+    for (size_t k = 0; k < 5; ++k)
+    {
+        sss_bem_options options = options_of(0.0, -1.0);
+        sss_bem_stats stats;
+        memset(&stats, 0, sizeof stats);
+        options.oracle = SSS_BEM_ORACLE_SOLID_ANGLE;
+        options.epsilon_1 = options.epsilon_2 = epsilons[k];
+        sss_bem *bem = bem_of(&s, &options, NULL);
+        test_about("epsilon %g", epsilons[k]);
+        CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+        CHECK_EQUAL(sss_bem_update(bem, 0, NULL), SSS_OK);
+        CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+        CHECK(stats.oracle == SSS_BEM_ORACLE_SOLID_ANGLE && stats.epsilon_1 == epsilons[k]);
+        error[k] = distance_of(&s, s.B, s.other);
+        test_note("error %.2e (%.2e against plain means), %.1f links a triangle of %d", error[k],
+                  distance_of(&s, s.B, plain), (double)stats.link_count / (double)s.mesh.triangle_count,
+                  (int)s.mesh.triangle_count);
+        float *again = (float *)calloc(3 * s.V, sizeof *again);
+        CHECK_EQUAL(sss_bem_render(bem, again), SSS_OK);
+        CHECK_BELOW(largest_difference(again, s.B, 3 * s.V), 1e-6);
+        free(again);
+        sss_bem_free(bem);
+    }
+    test_about("%s", "from epsilon 1 to 1e-7");
+    CHECK_BELOW(error[4], 1e-4);
+    CHECK_BELOW(error[3], 0.5 * error[0]);
+    CHECK_BELOW(error[3], 0.05);
+    free(plain);
+    free(faces);
+    scene_free(&s);
+}
+
+static void solid_angles_on_more_triangles(void)
+{   // Oracle: the contribution oracle at 1e-3, which differs by averaging over triangles as well. Links a triangle as in
+    // the paper's tables 3 and 4 (44 to 154); point samples (table 5) come near the form factors at this size.
+    scene s;
+    sss_bem_stats stats;
+    memset(&stats, 0, sizeof stats);
+    if (scene_of_bunny(&s, 10.0, 100.0, "Marble") != 0)
+        SKIP("glmark2-data with its bunny is not installed");
+    const sss_bem_options fine = options_of(1e-3, 0.0);
+    CHECK_EQUAL(shade_once(&s, &fine, s.other), SSS_OK);
+    for (int points = 0; points < 2; ++points)
+    {
+        sss_bem_options options = options_of(1e-2, 0.0);
+        options.oracle = SSS_BEM_ORACLE_SOLID_ANGLE;
+        options.point_sampling = points;
+        sss_bem *bem = bem_of(&s, &options, NULL);
+        test_about("%s", points ? "point samples" : "form factors");
+        CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+        CHECK_EQUAL(sss_bem_update(bem, 0, NULL), SSS_OK);
+        CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+        const double links = (double)stats.link_count / (double)s.mesh.triangle_count;
+        test_note("epsilon %g and %g: %.1f links a triangle, distance %.3f", stats.epsilon_1, stats.epsilon_2, links,
+                  distance_of(&s, s.B, s.other));
+        CHECK_BETWEEN(links, 5.0, 2000.0);
+        CHECK_BELOW(distance_of(&s, s.B, s.other), 0.25);
+        sss_bem_free(bem);
+    }
+    // A mutation: the total must be there. Under constant light nothing is lost on the way up and down the hierarchy.
+    sss_bem_options options = options_of(1e-2, 0.0);
+    options.oracle = SSS_BEM_ORACLE_SOLID_ANGLE;
+    for (size_t i = 0; i < 3 * s.V; ++i)
+        s.E[i] = 1.0f;
+    CHECK_EQUAL(shade_once(&s, &options, s.B), SSS_OK);
+    CHECK_EQUAL(shade_once(&s, &fine, s.other), SSS_OK);
+    double sum = 0.0, want = 0.0;
+    for (size_t i = 0; i < 3 * s.V; ++i)
+    {
+        sum += s.B[i];
+        want += s.other[i];
+    }
+    test_about("%s", "constant light");
+    CHECK_REL(sum, want, 0.05);
+    scene_free(&s);
+}
+
+// ================================================= 6. Conduct =================================================
+
+// A pointer that is neither NULL nor an object.
+static sss_bem *untouched(void)
+{
+    static char somewhere;
+    return (sss_bem *)(void *)&somewhere;
+}
+
+// The calls that must be refused, each with its code and without touching the output.
+static void refused(const sss_mesh *mesh, const sss_profile *profile, const sss_bem_options *options,
+                    const sss_hooks *hooks, sss_result want, const char *name)
+{
+    sss_bem *bem = untouched();
+    test_about("%s", name);
+    CHECK_EQUAL(sss_bem_create(mesh, profile, options, hooks, &bem), want);
+    CHECK(bem == untouched());
+    if (bem != untouched())
+        sss_bem_free(bem);
+}
+
+static void bad_meshes_and_materials_are_refused(void)
+{   // Oracle: the declarations.
+    scene s;
+    if (scene_of_sphere(&s, 2, 5.0) != 0)
+        SKIP("out of memory");
+    const sss_result invalid = SSS_ERROR_INVALID_ARGUMENT;
+    sss_mesh m = s.view;
+    refused(NULL, &s.profile, NULL, NULL, invalid, "no mesh");
+    refused(&m, NULL, NULL, NULL, invalid, "no profile");
+    CHECK_EQUAL(sss_bem_create(&m, &s.profile, NULL, NULL, NULL), invalid);
+    m.positions = NULL;
+    refused(&m, &s.profile, NULL, NULL, invalid, "no positions");
+    m = s.view;
+    m.triangles = NULL;
+    refused(&m, &s.profile, NULL, NULL, invalid, "no triangles");
+    m = s.view;
+    m.triangle_count = 0;
+    refused(&m, &s.profile, NULL, NULL, SSS_ERROR_EMPTY, "zero triangles");
+    m = s.view;
+    m.vertex_count = 0;
+    refused(&m, &s.profile, NULL, NULL, SSS_ERROR_EMPTY, "zero vertices");
+    m = s.view;
+    m.vertex_count = s.V - 1;
+    refused(&m, &s.profile, NULL, NULL, SSS_ERROR_INDEX, "an index out of range");
+    m = s.view;
+    m.vertex_count = SIZE_MAX / 4;
+    refused(&m, &s.profile, NULL, NULL, SSS_ERROR_OVERFLOW, "too many vertices");
+    m = s.view;
+    m.triangle_count = SIZE_MAX / 4;
+    refused(&m, &s.profile, NULL, NULL, SSS_ERROR_OVERFLOW, "too many triangles");
+    static const double units[5] = {0.0, -1.0, (double)NAN, HUGE_VAL, 1e200};
+    for (size_t k = 0; k < 5; ++k)
+    {
+        m = s.view;
+        m.mm_per_unit = units[k];
+        refused(&m, &s.profile, NULL, NULL, invalid, "mm_per_unit");
+    }
+    const float kept = s.mesh.positions[7];
+    s.mesh.positions[7] = NAN;
+    refused(&s.view, &s.profile, NULL, NULL, invalid, "a position that is no number");
+    s.mesh.positions[7] = INFINITY;
+    refused(&s.view, &s.profile, NULL, NULL, invalid, "an infinite position");
+    s.mesh.positions[7] = kept;
+    const float normal = s.mesh.normals[7];
+    s.mesh.normals[7] = NAN;
+    refused(&s.view, &s.profile, NULL, NULL, invalid, "a normal that is no number");
+    s.mesh.normals[7] = normal;
+    for (int k = 0; k < 5; ++k)
+    {
+        sss_profile p = s.profile;
+        double *field[5] = {&p.alpha_p[1], &p.sigma_tr[0], &p.z_r[2], &p.z_v[0], &p.alpha_p[0]};
+        *field[k] = k == 4 ? 1.5 : (k % 2 == 0 ? (double)NAN : -1.0);
+        refused(&s.view, &p, NULL, NULL, invalid, "a bad profile");
+    }
+    scene_free(&s);
+}
+
+static void bad_options_are_refused(void)
+{   // Oracle: the ranges beside the fields.
+    scene s;
+    ptrdiff_t offsets[5] = {offsetof(sss_bem_options, tolerance), offsetof(sss_bem_options, guard),
+                            offsetof(sss_bem_options, epsilon_1), offsetof(sss_bem_options, epsilon_2),
+                            offsetof(sss_bem_options, planarity)};
+    static const double bad[5][3] = {{-1.0, 0.6, 1e-5}, {1.5, 2.0, HUGE_VAL}, {-1.0, -2.0, -HUGE_VAL},
+                                     {-1.0, -2.0, -HUGE_VAL}, {-0.5, 1.5, HUGE_VAL}};
+    if (scene_of_sphere(&s, 2, 5.0) != 0)
+        SKIP("out of memory");
+    for (size_t field = 0; field < 5; ++field)
+        for (size_t k = 0; k < 4; ++k)
+        {
+            sss_bem_options options = options_of(0.0, 0.0);
+            const double value = k < 3 ? bad[field][k] : (double)NAN;
+            memcpy((char *)&options + offsets[field], &value, sizeof value);
+            refused(&s.view, &s.profile, &options, NULL, SSS_ERROR_INVALID_ARGUMENT, "an option out of range");
+        }
+    sss_bem_options options = options_of(0.0, 0.0);
+    options.oracle = (sss_bem_oracle)9;
+    refused(&s.view, &s.profile, &options, NULL, SSS_ERROR_INVALID_ARGUMENT, "no such oracle");
+    options.oracle = SSS_BEM_ORACLE_CONTRIBUTION;
+    options.path = (sss_bem_path)9;
+    refused(&s.view, &s.profile, &options, NULL, SSS_ERROR_INVALID_ARGUMENT, "no such path");
+    scene_free(&s);
+}
+
+static void bad_calls_are_refused(void)
+{   // Oracle: the declarations. Nothing is touched, and the object works as before.
+    scene s;
+    if (scene_of_sphere(&s, 3, 5.0) != 0)
+        SKIP("out of memory");
+    const sss_result invalid = SSS_ERROR_INVALID_ARGUMENT;
+    const size_t bytes = 3 * s.V * sizeof(float);
+    sss_bem *bem = bem_of(&s, NULL, NULL);
+    sss_bem_stats stats;
+    memset(&stats, 0, sizeof stats);
+    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+    memset(s.B, 0x7F, bytes);
+    float *bad = (float *)malloc(bytes);
+    memcpy(bad, s.E, bytes);
+    bad[5] = NAN;
+    CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, bad), invalid);
+    CHECK_EQUAL(sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, NULL), invalid);
+    CHECK_EQUAL(sss_bem_set_irradiance(bem, (sss_bem_elements)5, s.E), invalid);
+    CHECK_EQUAL(sss_bem_set_irradiance(NULL, SSS_BEM_VERTICES, s.E), invalid);
+    memcpy(bad, s.mesh.positions, bytes);
+    bad[8] = INFINITY;
+    CHECK_EQUAL(sss_bem_set_vertices(bem, bad, NULL), invalid);
+    CHECK_EQUAL(sss_bem_set_vertices(bem, NULL, NULL), invalid);
+    CHECK_EQUAL(sss_bem_set_vertices(bem, s.mesh.positions, bad), invalid);
+    CHECK_EQUAL(sss_bem_set_vertices(NULL, s.mesh.positions, NULL), invalid);
+    sss_profile p = s.profile;
+    p.z_v[1] = (double)NAN;
+    CHECK_EQUAL(sss_bem_set_profile(bem, &p), invalid);
+    CHECK_EQUAL(sss_bem_set_profile(bem, NULL), invalid);
+    CHECK_EQUAL(sss_bem_set_profile(NULL, &s.profile), invalid);
+    CHECK_EQUAL(sss_bem_shade(bem, NULL), invalid);
+    CHECK_EQUAL(sss_bem_shade(NULL, s.B), invalid);
+    CHECK_EQUAL(sss_bem_shade_rows(bem, 2, 1, s.B), invalid);
+    CHECK_EQUAL(sss_bem_shade_rows(bem, 0, stats.row_count + 1, s.B), invalid);
+    CHECK_EQUAL(sss_bem_shade_rows(bem, 0, 1, NULL), invalid);
+    CHECK_EQUAL(sss_bem_shade_rows(bem, 1, 1, s.B), SSS_OK);
+    CHECK_EQUAL(sss_bem_gather(bem, NULL, s.mesh.normals, 1, s.B), invalid);
+    CHECK_EQUAL(sss_bem_gather(bem, s.mesh.positions, NULL, 1, s.B), invalid);
+    CHECK_EQUAL(sss_bem_gather(bem, bad, s.mesh.normals, 3, s.B), invalid);
+    CHECK_EQUAL(sss_bem_gather(bem, s.mesh.positions, s.mesh.normals, 1, NULL), invalid);
+    CHECK_EQUAL(sss_bem_update(NULL, 0, NULL), invalid);
+    CHECK_EQUAL(sss_bem_render(bem, NULL), invalid);
+    CHECK_EQUAL(sss_bem_render(NULL, s.B), invalid);
+    CHECK_EQUAL(sss_bem_predict_error(NULL, 0, NULL), invalid);
+    CHECK_EQUAL(sss_bem_get_stats(bem, NULL), invalid);
+    CHECK_EQUAL(sss_bem_get_stats(NULL, &stats), invalid);
+    sss_bem_cluster cluster;
+    size_t count = 7;
+    CHECK_EQUAL(sss_bem_get_cluster(bem, stats.cluster_count, &cluster), invalid);
+    CHECK_EQUAL(sss_bem_get_cluster(bem, 0, NULL), invalid);
+    CHECK_EQUAL(sss_bem_get_links(bem, s.V, NULL, 0, &count), invalid);
+    CHECK_EQUAL(sss_bem_get_links(bem, 0, NULL, 0, NULL), invalid);
+    CHECK_EQUAL(count, 7);
+    sss_bem_free(NULL);
+    sss_bem_unlink(NULL);
+    memset(bad, 0x7F, bytes);
+    CHECK(memcmp(bad, s.B, bytes) == 0);
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    CHECK(memcmp(s.B, s.other, bytes) == 0);
+    free(bad);
+    sss_bem_free(bem);
+    scene_free(&s);
+}
+
+// ---- Allocation that fails, and cancelling ----
+
+typedef struct ledger
+{
+    int calls;   // of allocate
+    int fail_at; // the call that gives NULL; -1: none
+    int live;    // blocks not yet released
+    size_t bytes, peak;
+    int progress_calls, cancel_at;
+    int fractions_fine;
+} ledger;
+
+#define BLOCK_HEAD 64 // keeps what malloc's alignment promises, and holds the size
+
+static void *ledger_allocate(void *user, size_t bytes)
+{
+    ledger *l = (ledger *)user;
+    unsigned char *block;
+    if (l->calls++ == l->fail_at || (block = (unsigned char *)malloc(bytes + BLOCK_HEAD)) == NULL)
+        return NULL;
+    memset(block + BLOCK_HEAD, 0xA5, bytes); // nothing may count on zeroes
+    memcpy(block, &bytes, sizeof bytes);
+    l->live++;
+    l->bytes += bytes;
+    l->peak = l->bytes > l->peak ? l->bytes : l->peak;
+    return block + BLOCK_HEAD;
+}
+
+static void ledger_release(void *user, void *pointer)
+{
+    ledger *l = (ledger *)user;
+    unsigned char *block = (unsigned char *)pointer - BLOCK_HEAD;
+    size_t bytes;
+    memcpy(&bytes, block, sizeof bytes);
+    l->live--;
+    l->bytes -= bytes;
+    free(block);
+}
+
+static int ledger_progress(void *user, double fraction)
+{
+    ledger *l = (ledger *)user;
+    l->fractions_fine &= fraction >= 0.0 && fraction <= 1.0;
+    return l->progress_calls++ == l->cancel_at;
+}
+
+static sss_hooks ledger_hooks(ledger *l)
+{
+    sss_hooks hooks;
+    memset(l, 0, sizeof *l);
+    memset(&hooks, 0, sizeof hooks);
+    l->fail_at = -1;
+    l->cancel_at = -1;
+    l->fractions_fine = 1;
+    hooks.user = l;
+    hooks.allocate = ledger_allocate;
+    hooks.release = ledger_release;
+    hooks.progress = ledger_progress;
+    return hooks;
+}
+
+// From the mesh through every function that may allocate; stops at the first error. A call that failed is made once more,
+// and must then do.
+static sss_result whole_way(const scene *s, const sss_bem_options *options, const sss_hooks *hooks, float *B,
+                            sss_bem_stats *stats)
+{
+    sss_mesh bare = s->view;
+    sss_bem *bem = NULL;
+    double error;
+    bare.normals = NULL;
+    sss_result result = sss_bem_create(&bare, &s->profile, options, hooks, &bem);
+    if (result != SSS_OK)
+        return bem == NULL ? result : SSS_ERROR_BAD_DATA; // an output was touched
+    result = sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s->E);
+    if (result == SSS_OK)
+        result = sss_bem_shade(bem, B);
+    if (result == SSS_OK)
+        result = sss_bem_update(bem, 3000, NULL);
+    if (result == SSS_OK)
+        result = sss_bem_update(bem, 0, NULL);
+    if (result == SSS_OK)
+        result = sss_bem_set_vertices(bem, s->mesh.positions, s->mesh.normals);
+    if (result == SSS_OK)
+        result = sss_bem_update(bem, 0, NULL);
+    if (result == SSS_OK && (options == NULL || options->oracle == SSS_BEM_ORACLE_CONTRIBUTION))
+        result = sss_bem_predict_error(bem, 20, &error);
+    if (result == SSS_OK && (options == NULL || options->oracle == SSS_BEM_ORACLE_CONTRIBUTION))
+        result = sss_bem_gather(bem, s->mesh.positions, s->mesh.normals, 5, B);
+    if (result == SSS_OK)
+        result = sss_bem_get_stats(bem, stats);
+    if (result == SSS_OK)
+        result = sss_bem_render(bem, B);
+    sss_bem_free(bem);
+    return result;
+}
+
+static void every_allocation_may_fail(void)
+{   // Oracle: a ledger under hooks.allocate. Call k gives NULL, for every k: out of memory, nothing leaks, and the same
+    // call then works, with the bits it gives without hooks. Both oracles.
+    scene s;
+    if (scene_of_sphere(&s, 2, 5.0) != 0)
+        SKIP("out of memory");
+    const size_t bytes = 3 * s.V * sizeof(float);
+    for (int oracle = 0; oracle < 2; ++oracle)
+    {
+        sss_bem_options options = options_of(0.0, 0.0);
+        sss_bem_stats stats;
+        ledger l;
+        sss_hooks hooks;
+        int k = 0, said_so = 1, clean = 1;
+        memset(&stats, 0, sizeof stats);
+        options.oracle = (sss_bem_oracle)oracle;
+        test_about(oracle == 0 ? "contribution" : "solid angle");
+        CHECK_EQUAL(whole_way(&s, &options, NULL, s.other, &stats), SSS_OK);
+        for (; k < 20000; ++k)
+        {
+            hooks = ledger_hooks(&l);
+            l.fail_at = k;
+            const sss_result result = whole_way(&s, &options, &hooks, s.B, &stats);
+            clean &= l.live == 0;
+            if (result == SSS_OK && l.calls <= k)
+                break; // no call k any more
+            said_so &= result == SSS_ERROR_OUT_OF_MEMORY;
+        }
+        CHECK_BETWEEN((double)k, 3.0, 19999.0);
+        CHECK(said_so && clean);
+        CHECK(memcmp(s.B, s.other, bytes) == 0);
+        CHECK(l.fractions_fine && l.progress_calls > 0);
+        CHECK_BETWEEN((double)stats.bytes / (double)l.peak, 0.2, 1.0);
+    }
+    ledger l;
+    sss_hooks hooks = ledger_hooks(&l);
+    hooks.release = NULL;
+    refused(&s.view, &s.profile, NULL, &hooks, SSS_ERROR_INVALID_ARGUMENT, "allocate without release");
+    scene_free(&s);
+}
+
+static void an_update_that_ran_out_of_memory_goes_on(void)
+{   // Oracle: the same without failure. Each call of update loses its k-th allocation; what was linked is kept, and in the
+    // end render gives the same bits; shade and render leave their output alone when they fail.
+    scene s;
+    ledger l;
+    sss_hooks hooks = ledger_hooks(&l);
+    size_t pending = 1;
+    int failures = 0, codes = 1;
+    if (scene_of_sphere(&s, 3, 5.0) != 0)
+        SKIP("out of memory");
+    sss_bem *plain = bem_of(&s, NULL, NULL), *bem = bem_of(&s, NULL, &hooks);
+    CHECK_EQUAL(sss_bem_update(plain, 0, NULL), SSS_OK);
+    CHECK_EQUAL(sss_bem_render(plain, s.other), SSS_OK);
+    for (int k = 0; k < 3000 && pending > 0; ++k)
+    {
+        l.fail_at = l.calls + k % 5;
+        const sss_result result = sss_bem_update(bem, 0, &pending);
+        failures += result != SSS_OK ? 1 : 0;
+        codes &= result == SSS_OK || result == SSS_ERROR_OUT_OF_MEMORY;
+    }
+    l.fail_at = -1;
+    CHECK(codes && failures > 0);
+    CHECK_EQUAL(sss_bem_update(bem, 0, &pending), SSS_OK);
+    CHECK_EQUAL(pending, 0);
+    CHECK_EQUAL(sss_bem_render(bem, s.B), SSS_OK);
+    CHECK(memcmp(s.B, s.other, 3 * s.V * sizeof(float)) == 0);
+    sss_bem_free(plain);
+    sss_bem_free(bem);
+    CHECK_EQUAL(l.live, 0);
+    scene_free(&s);
+}
+
+static void progress_may_cancel(void)
+{   // Oracle: a ledger under hooks.progress. Cancelled at any call: the code says so, the output is untouched, and the same
+    // call then works.
+    scene s;
+    if (scene_of_sphere(&s, 4, 5.0) != 0)
+        SKIP("out of memory");
+    const size_t bytes = 3 * s.V * sizeof(float);
+    int cancelled = 0, alone = 1, works = 1;
+    ledger l;
+    sss_hooks hooks = ledger_hooks(&l);
+    sss_bem *bem = bem_of(&s, NULL, &hooks);
+    CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
+    for (int k = 0; k < 12; ++k)
+        for (int mode = 0; mode < 2; ++mode)
+        {
+            l.cancel_at = l.progress_calls + k;
+            memset(s.B, 0x7F, bytes);
+            const sss_result result = mode == 0 ? sss_bem_shade(bem, s.B) : sss_bem_render(bem, s.B);
+            if (result == SSS_ERROR_CANCELLED)
+            {
+                ++cancelled;
+                for (size_t i = 0; i < bytes; ++i)
+                    alone &= ((unsigned char *)s.B)[i] == 0x7F;
+            }
+            l.cancel_at = -1;
+            works &= (mode == 0 ? sss_bem_shade(bem, s.B) : sss_bem_render(bem, s.B)) == SSS_OK &&
+                     memcmp(s.B, s.other, bytes) == 0;
+        }
+    CHECK(cancelled > 0);
+    CHECK(alone && works);
+    CHECK(l.fractions_fine);
+    sss_bem_free(bem);
+    CHECK_EQUAL(l.live, 0);
+    scene_free(&s);
+}
+
+// ---- Meshes that nobody would draw ----
+
+// No number but finite ones, and none above what the guard allows: a surface lit by E_max gives at most alpha'/(4 pi)
+// times 3 pi/guard for each source and each sheet of surface near it.
+static void check_no_spike(const scene *s, double sheets, const char *name)
+{
+    sss_bem *bem = bem_of(s, NULL, NULL);
+    double E_max = 0.0, B_max = 0.0;
+    int finite = 1;
+    test_about("%s", name);
+    if (!CHECK(bem != NULL))
+        return;
+    for (int mode = 0; mode < 2; ++mode)
+    {
+        if (mode == 1)
+            CHECK_EQUAL(sss_bem_update(bem, 0, NULL), SSS_OK);
+        CHECK_EQUAL(mode == 0 ? sss_bem_shade(bem, s->B) : sss_bem_render(bem, s->B), SSS_OK);
+        for (size_t i = 0; i < 3 * s->V; ++i)
+        {
+            finite &= isfinite(s->B[i]) && s->B[i] >= 0.0f;
+            E_max = fmax(E_max, s->E[i]);
+            B_max = fmax(B_max, s->B[i]);
+        }
+    }
+    CHECK(finite);
+    CHECK_BELOW(B_max, sheets * 2.0 * 3.0 * PI / 0.25 / (4.0 * PI) * E_max);
+    test_note("largest B %.3g under E %.3g", B_max, E_max);
+    sss_bem_free(bem);
+}
+
+static int mesh_of(mesh_data *m, size_t vertices, size_t triangles)
+{
+    m->vertex_count = vertices;
+    m->triangle_count = triangles;
+    m->positions = (float *)calloc(3 * vertices, sizeof(float));
+    m->normals = (float *)calloc(3 * vertices, sizeof(float));
+    m->triangles = (uint32_t *)calloc(3 * triangles, sizeof(uint32_t));
+    return m->positions == NULL || m->normals == NULL || m->triangles == NULL;
+}
+
+static void hostile_meshes(void)
+{   // Oracle: finite and bounded. One triangle; nothing but degenerate ones; the same triangle a thousand times; zero
+    // normals; a fan of needles around one vertex that 300 triangles share; a strip of 2e5 needles.
+    mesh_data m;
+    scene s;
+    if (mesh_of(&m, 3, 1) != 0)
+        SKIP("out of memory");
+    m.positions[3] = m.positions[7] = 1.0f;
+    m.normals[2] = m.normals[5] = m.normals[8] = 1.0f;
+    m.triangles[1] = 1;
+    m.triangles[2] = 2;
+    CHECK_EQUAL(scene_make(&s, &m, 1.0, "Marble"), 0);
+    check_no_spike(&s, 1.0, "one triangle");
+    small_case(&s, 1e-2, "one triangle");
+    scene_free(&s);
+    CHECK_EQUAL(mesh_of(&m, 20, 50), 0);
+    for (size_t i = 0; i < 150; ++i)
+        m.triangles[i] = (uint32_t)(i / 6 % 10);
+    for (size_t i = 0; i < 60; ++i)
+        m.positions[i] = (float)(i % 7);
+    CHECK_EQUAL(scene_make(&s, &m, 1.0, "Marble"), 0); // normals are zero, vertices 10 .. 19 in nothing
+    check_no_spike(&s, 1.0, "degenerate triangles, zero normals");
+    scene_free(&s);
+    CHECK_EQUAL(mesh_of(&m, 3, 1000), 0);
+    for (size_t i = 0; i < 3000; ++i)
+        m.triangles[i] = (uint32_t)(i % 3);
+    m.positions[3] = m.positions[7] = 1.0f;
+    m.normals[2] = m.normals[5] = m.normals[8] = 1.0f;
+    CHECK_EQUAL(scene_make(&s, &m, 1.0, "Marble"), 0);
+    check_no_spike(&s, 1000.0, "one triangle a thousand times");
+    small_case(&s, 1e-2, "one triangle a thousand times");
+    scene_free(&s);
+    CHECK_EQUAL(mesh_of(&m, 302, 300), 0);
+    for (size_t t = 0; t < 300; ++t)
+    {
+        const double angle = 2.0 * PI * (double)t / 300.0;
+        m.positions[3 * t] = (float)(100.0 * cos(angle));
+        m.positions[3 * t + 1] = (float)(100.0 * sin(angle));
+        m.triangles[3 * t] = 300;
+        m.triangles[3 * t + 1] = (uint32_t)t;
+        m.triangles[3 * t + 2] = (uint32_t)((t + 1) % 300);
+    }
+    for (size_t v = 0; v < 302; ++v)
+        m.normals[3 * v + 2] = 1.0f;
+    CHECK_EQUAL(scene_make(&s, &m, 1.0, "Marble"), 0);
+    check_no_spike(&s, 1.0, "fan of needles");
+    small_case(&s, 1e-2, "fan of needles");
+    scene_free(&s);
+}
+
+static void a_strip_of_needles(void)
+{   // Oracle: finite and bounded, and the clock: 2e5 needles of aspect 1e3, in a strip one mean free path wide.
+    mesh_data m;
+    scene s;
+    const size_t n = 100000;
+    if (mesh_of(&m, 2 * n + 2, 2 * n) != 0)
+        SKIP("out of memory");
+    for (size_t i = 0; i <= n; ++i)
+        for (size_t side = 0; side < 2; ++side)
+        {
+            m.positions[3 * (2 * i + side)] = (float)(5e-4 * (double)i);
+            m.positions[3 * (2 * i + side) + 1] = 0.5f * (float)side;
+            m.normals[3 * (2 * i + side) + 2] = 1.0f;
+        }
+    for (uint32_t i = 0; i < n; ++i)
+    {
+        const uint32_t corners[6] = {2 * i, 2 * i + 2, 2 * i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3};
+        memcpy(&m.triangles[6 * (size_t)i], corners, sizeof corners);
+    }
+    CHECK_EQUAL(scene_make(&s, &m, 1.0, "Marble"), 0);
+    sss_bem *bem = bem_of(&s, NULL, NULL);
+    const double start = test_seconds();
+    CHECK_EQUAL(sss_bem_shade(bem, s.B), SSS_OK);
+    test_note("%.2f s", test_seconds() - start);
+    int finite = 1;
+    for (size_t i = 0; i < 3 * s.V; ++i)
+        finite &= isfinite(s.B[i]) && s.B[i] >= 0.0f && s.B[i] < 10.0f;
+    CHECK(finite);
+    CHECK_BELOW(test_seconds() - start, 60.0);
+    sss_bem_free(bem);
+    scene_free(&s);
+}
+
+static void no_spikes_on_thin_and_folded_things(void)
+{   // Oracle: the bound that the guard gives, at two sheets of surface. Bunnies smaller than a mean free path and larger,
+    // where without the guard single vertices are lit thousands of times too brightly.
+    double open = 0.0;
+    for (int size = 0; size < 3; ++size)
+    {
+        scene s;
+        char name[64];
+        if (scene_of_bunny(&s, 5.0, size == 0 ? 2.0 : 10.0 * (double)size, "Skimmilk") != 0)
+            SKIP("glmark2-data with its bunny is not installed");
+        (void)snprintf(name, sizeof name, "bunny of %g mm", size == 0 ? 2.0 : 10.0 * (double)size);
+        check_no_spike(&s, 2.0, name);
+        const sss_bem_options options = options_of(0.0, -1.0);
+        CHECK_EQUAL(shade_once(&s, &options, s.B), SSS_OK);
+        for (size_t i = 0; i < 3 * s.V; ++i)
+            open = fmax(open, s.B[i]);
+        scene_free(&s);
+    }
+    test_about("%s", "without the guard");
+    CHECK_BETWEEN(open, 30.0, HUGE_VAL); // the cause is real: the test above is not vacuous
+}
+
+static void meshes_as_they_come(void)
+{   // Oracle: the converged reference, which knows no special cases. Unreferenced vertices, duplicate triangles, a vertex
+    // that three sheets share, triangles on two points; normals from the triangles where none are given.
+    scene s;
+    mesh_data sphere, m;
+    if (mesh_sphere(3, 5.0, &sphere) != 0)
+        SKIP("out of memory");
+    const size_t V = sphere.vertex_count, T = sphere.triangle_count;
+    CHECK_EQUAL(mesh_of(&m, V + 3, T + 6), 0);
+    memcpy(m.positions, sphere.positions, 3 * V * sizeof(float));
+    memcpy(m.normals, sphere.normals, 3 * V * sizeof(float));
+    memcpy(m.triangles, sphere.triangles, 3 * T * sizeof(uint32_t));
+    memcpy(&m.triangles[3 * T], sphere.triangles, 6 * sizeof(uint32_t));
+    const uint32_t more[12] = {0, (uint32_t)V, 1, 0, 2, (uint32_t)V, 5, 5, 9, 3, 3, 3};
+    memcpy(&m.triangles[3 * T + 6], more, sizeof more);
+    m.positions[3 * V] = 9.0f;
+    m.positions[3 * V + 3] = 1e6f; // in nothing
+    for (size_t v = V; v < V + 3; ++v)
+        m.normals[3 * v] = 1.0f;
+    CHECK_EQUAL(scene_make(&s, &m, 1.0, "Marble"), 0);
+    small_case(&s, 1e-2, "untidy");
+    small_case(&s, 1e-3, "untidy at 1e-3");
+    scene_free(&s);
+    CHECK_EQUAL(scene_make(&s, &sphere, 1.0, "Marble"), 0);
+    CHECK_EQUAL(shade_once(&s, NULL, s.other), SSS_OK);
+    s.view.normals = NULL;
+    CHECK_EQUAL(shade_once(&s, NULL, s.B), SSS_OK);
+    test_about("%s", "normals from triangles");
+    CHECK_BELOW(distance_of(&s, s.B, s.other), 2e-2);
+    scene_free(&s);
+}
+
+// ================================================= 7. Speed =================================================
+
+enum { SPEED_ROWS = 48 };
+
+// How many times as fast as the direct gather at 1 % and at 0.1 %; how many times a relight is as fast as on the fly.
+typedef struct speeds
+{
+    double percent, per_mille, relight;
+} speeds;
+
+static double seconds_of_frame(const scene *s, sss_bem *bem, int render, int with_light)
+{
+    const double start = test_seconds();
+    if (with_light)
+        (void)sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, s->E);
+    (void)(render ? sss_bem_render(bem, s->B) : sss_bem_shade(bem, s->B));
+    return test_seconds() - start;
+}
+
+static speeds measure_speeds(const scene *s, sss_bem *percent, sss_bem *per_mille, const sss_dipole_gather *direct,
+                             const float *receivers)
+{
+    const sss_dipole_receivers view = {receivers, receivers + 3 * SPEED_ROWS, SPEED_ROWS};
+    float B[3 * SPEED_ROWS];
+    speeds v;
+    const double start = test_seconds();
+    (void)sss_dipole_gather_rows(direct, &view, 0, SPEED_ROWS, B);
+    const double whole = (test_seconds() - start) / SPEED_ROWS * (double)s->V;
+    const double fly = seconds_of_frame(s, percent, 0, 1), render = seconds_of_frame(s, percent, 1, 1);
+    v.percent = whole / seconds_of_frame(s, percent, 0, 0);
+    v.per_mille = whole / seconds_of_frame(s, per_mille, 0, 0);
+    v.relight = fly / render;
+    return v;
+}
+
+static void shading_is_fast(void)
+{   // Oracle: the clock, on one thread, against sss_dipole_gather_rows (placed sources, default tolerance) on 48 rows, for
+    // all vertices of the whole bunny: at least 100 times as fast at 1 %, 30 times at 0.1 %; a new light over stored links
+    // at least 3 times as fast as on the fly. Each ratio is taken within one attempt, one after the other; the best of up
+    // to eight, for a machine that is shared.
+    for (int m = 0; m < 2; ++m)
+        for (int size = 0; size < 3; ++size)
+        {
+            scene s;
+            float receivers[6 * SPEED_ROWS];
+            sss_dipole_gather *direct = NULL;
+            sss_dipole_gather_options placed;
+            const sss_bem_options percent = options_of(1e-2, 0.0), per_mille = options_of(1e-3, 0.0);
+            if (scene_of_bunny(&s, 1.0, three_sizes[size], two_materials[m]) != 0)
+                SKIP("glmark2-data with its bunny is not installed");
+            size_t *index = vertices_by_area(&s.mesh, SPEED_ROWS);
+            for (size_t i = 0; i < 3 * SPEED_ROWS; ++i)
+            {
+                receivers[i] = s.mesh.positions[3 * index[i / 3] + i % 3];
+                receivers[3 * SPEED_ROWS + i] = s.mesh.normals[3 * index[i / 3] + i % 3];
+            }
+            memset(&placed, 0, sizeof placed);
+            placed.geometry = SSS_DIPOLE_PLACED;
+            CHECK_EQUAL(sss_dipole_gather_create(&s.view, &s.profile, &placed, NULL, &direct), SSS_OK);
+            CHECK_EQUAL(sss_dipole_gather_set_irradiance(direct, SSS_DIPOLE_VERTICES, s.E), SSS_OK);
+            sss_bem *fast = bem_of(&s, &percent, NULL), *fine = bem_of(&s, &per_mille, NULL);
+            CHECK_EQUAL(sss_bem_update(fast, 0, NULL), SSS_OK);
+            speeds best = {0.0, 0.0, 0.0};
+            for (int attempt = 0; attempt < 8; ++attempt)
+            {
+                const speeds v = measure_speeds(&s, fast, fine, direct, receivers);
+                best.percent = fmax(best.percent, v.percent);
+                best.per_mille = fmax(best.per_mille, v.per_mille);
+                best.relight = fmax(best.relight, v.relight);
+                if (attempt > 1 && best.percent >= 100.0 && best.per_mille >= 30.0 && best.relight >= 3.0)
+                    break;
+            }
+            test_about("%s, %g mm", two_materials[m], three_sizes[size]);
+            CHECK_BETWEEN(best.percent, 100.0, HUGE_VAL);
+            CHECK_BETWEEN(best.per_mille, 30.0, HUGE_VAL);
+            CHECK_BETWEEN(best.relight, 3.0, HUGE_VAL);
+            sss_bem_free(fast);
+            sss_bem_free(fine);
+            sss_dipole_gather_free(direct);
+            free(index);
+            scene_free(&s);
+        }
+}
+
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {
@@ -897,6 +2843,38 @@ int main(int argc, char **argv)
         TEST(linear_irradiance),
         TEST(the_float_path),
         TEST(form_factors_of_bad_input),
+        TEST(bunny_agrees_with_the_reference),
+        TEST(shadow_edges_and_no_guard),
+        TEST(the_guards_cost),
+        TEST(errors_are_predicted),
+        TEST(flat_squares),
+        TEST(spheres),
+        TEST(special_media),
+        TEST(mean_free_paths_of_every_length),
+        TEST(units_change_nothing),
+        TEST(radiosity_is_linear),
+        TEST(every_path_agrees),
+        TEST(splitting_changes_no_bit),
+        TEST(three_modes_agree),
+        TEST(an_edit_costs_a_fifth),
+        TEST(edits_end_where_a_fresh_build_ends),
+        TEST(pending_rows_keep_their_old_links),
+        TEST(the_hierarchy_holds),
+        TEST(subdivision_is_heeded),
+        TEST(links_tile_the_surface),
+        TEST(solid_angles_converge),
+        TEST(solid_angles_on_more_triangles),
+        TEST(bad_meshes_and_materials_are_refused),
+        TEST(bad_options_are_refused),
+        TEST(bad_calls_are_refused),
+        TEST(every_allocation_may_fail),
+        TEST(an_update_that_ran_out_of_memory_goes_on),
+        TEST(progress_may_cancel),
+        TEST(hostile_meshes),
+        TEST(a_strip_of_needles),
+        TEST(no_spikes_on_thin_and_folded_things),
+        TEST(meshes_as_they_come),
+        TEST(shading_is_fast),
     };
     return test_main(argc, argv, "sss_bem.h", tests, COUNT(tests));
 }
