@@ -194,10 +194,10 @@ typedef enum sss_bem_path
 typedef struct sss_bem_options
 {
     double tolerance;      // relative L2 error of B aimed at, in [1e-4, 0.5]; 0: 1e-2; everything else follows from it
-    double guard;          // R_d of a source is cut at the value it has guard*z away; <= 1; 0: 0.25; negative: none.
-                           // On a plane no point is nearer than z, so that nothing changes. Where a placed source comes
-                           // close to another part of the surface, its light there is spurious and grows as 2 pi z/H:
-                           // the guard bounds it by 3 pi/guard
+    double guard;          // R_d of a source is cut at the value it has guard*z away, in (0, 1]; 0: 1; negative: none.
+                           // On a plane no point is nearer than z, nor on a convex body wider than z, so that nothing
+                           // changes there. Where a placed source comes close to another part of the surface, its light
+                           // there is spurious and grows as 2 pi z/H: a guard bounds it by 3 pi/guard
     double epsilon_1;      // solid angle oracle: spread over a receiver's children, sr; 0: from tolerance
     double epsilon_2;      // solid angle oracle: of an emitter, sr; 0: from tolerance
     double planarity;      // solid angle oracle: clusters of A'/A below are opened, in [0, 1]; 0: 0.7
@@ -1011,7 +1011,6 @@ enum
     SSS_BEM__LANES = 16,  // receivers in a row: those share their links
     SSS_BEM__CLASSES = 256, // of sizes of clusters
     SSS_BEM__BATCH = 64,  // links, or pairs, whose factors are computed at a time
-    SSS_BEM__SLIVER = 10000, // longest edge over height, above which a triangle counts as a sliver
 };
 
 // How a pair is computed: by the edges' integrals, or, a little farther away, by the moments of the four quarters.
@@ -1023,6 +1022,7 @@ enum
     SSS_BEM__PAIR_KINDS
 };
 
+#define SSS_BEM__SLIVER 1e4f // longest edge over height, above which a triangle counts as a sliver
 #define SSS_BEM__TINY 1e-18f // of the diagonal: a source on a triangle counts as that far from it
 
 // A cluster as the run time sees it: one cache line. Lengths are fractions of the mesh's diagonal, from its center.
@@ -1698,7 +1698,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                                                                       sss_bem__view##N *v)                             \
     {                                                                                                                  \
         const sss_bem__v##N zero = sss_bem__set##N(0.0f), one = sss_bem__set##N(1.0f);                                 \
-        const sss_bem__v##N limit = sss_bem__set##N((float)SSS_BEM__SLIVER);                                           \
+        const sss_bem__v##N limit = sss_bem__set##N(SSS_BEM__SLIVER);                                           \
         sss_bem__v##N w[3][3], n[3], normal[3], outward[3][3], double_area;                                            \
         int k, i;                                                                                                      \
         for (i = 0; i < 3; i++)                                                                                        \
@@ -2668,20 +2668,22 @@ static double sss_bem__widest(double tolerance)
 
 static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
 {
+    const double allowance = sss_bem__allowance(b->options.tolerance);
+    const double widest = sss_bem__widest(b->options.tolerance);
     int c;
     for (c = 0; c < 3; c++)
     {
-        const double z = (double)b->model.z[kind][c], sigma = (double)b->model.sigma[c];
-        const double guarded = sss_bem__max(s, sqrt((double)b->model.guard2[kind][c]));
-        const double q = h * (1.0 / guarded + sigma / 3.0);
-        const double other = (double)b->model.z[1 - kind][c];
-        const double near_side = sss_bem__max(sss_bem__max(s - 0.5 * h, 0.0), sqrt((double)b->model.guard2[kind][c]));
-        const double light = exp(-sigma * (guarded - z)) / (1.0 + exp(-sigma * (other - z))) * z / guarded;
-        const double most =
-            near_side > 0.0 ? light * exp(sigma * (guarded - near_side)) * guarded / near_side : HUGE_VAL;
+        const double z = (double)b->model.z[kind][c], other = (double)b->model.z[1 - kind][c];
+        const double sigma = (double)b->model.sigma[c], guard = sqrt((double)b->model.guard2[kind][c]);
+        const double near_side = sss_bem__max(s - 0.5 * h, guard), far_side = sss_bem__max(s, guard);
+        const double share = z / (1.0 + exp(-sigma * (other - z))); // of this source in the light of the dipole
+        const double light = share * exp(-sigma * (far_side - z)) / far_side;
+        const double most = near_side > 0.0 ? share * exp(-sigma * (near_side - z)) / near_side : HUGE_VAL;
+        const double q = h * (1.0 / far_side + sigma / 3.0);
+        const double order = s < 1.5 * guard ? sss_bem__max(q, 0.4) : q; // K has a bend at the guard
         if (b->model.scale[c] > 0.0f
-            && (q * q * q * light * SSS_BEM__REMAINDER > sss_bem__allowance(b->options.tolerance)
-                || (q > sss_bem__widest(b->options.tolerance) && most > 0.1 * b->options.tolerance)))
+            && (order * q * q * light * SSS_BEM__REMAINDER > allowance
+                || (q > widest && most > 0.1 * b->options.tolerance)))
         {
             return 0;
         }
@@ -2842,7 +2844,7 @@ static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes
     for (kind = 0; kind < 2; kind++)
     {
         const float *heights = b->model.height_range[kind];
-        float low[3], high[3], radius2 = 0.0f;
+        float low[3] = {0.0f, 0.0f, 0.0f}, high[3] = {0.0f, 0.0f, 0.0f}, radius2 = 0.0f;
         for (lane = 0; lane < 2 * SSS_BEM__LANES; lane++)
         {
             for (i = 0; i < 3; i++)
@@ -3323,7 +3325,7 @@ static int sss_bem__resolve(const sss_bem_options *given, size_t triangle_count,
     static const sss_bem_options none = {0.0, 0.0, 0.0, 0.0, 0.0, 0, SSS_BEM_ORACLE_CONTRIBUTION, SSS_BEM_PATH_AUTO, 0};
     *out = given != NULL ? *given : none;
     out->tolerance = out->tolerance == 0.0 ? 1e-2 : out->tolerance;
-    out->guard = out->guard == 0.0 ? 0.25 : out->guard;
+    out->guard = out->guard == 0.0 ? 1.0 : out->guard;
     out->planarity = out->planarity == 0.0 ? 0.7 : out->planarity;
     if (!sss_bem__in_range(out->tolerance, 1e-4, 0.5) || !sss_bem__finite(out->guard) || out->guard > 1.0
         || !sss_bem__in_range(out->planarity, 0.0, 1.0) || !sss_bem__in_range(out->epsilon_1, 0.0, 100.0)
@@ -3495,6 +3497,10 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
     b->corners = (sss_bem__corners *)sss_bem__own(b, T, sizeof *b->corners);
     b->corner_E = (float (*)[3][3])sss_bem__own(b, T, sizeof *b->corner_E);
     b->rows = (sss_bem__row *)sss_bem__own(b, R, sizeof *b->rows);
+    if (b->rows != NULL)
+    {
+        memset(b->rows, 0, R * sizeof *b->rows); // freeing looks into it, whatever fails next
+    }
     b->lanes = (sss_bem__lanes *)sss_bem__own(b, R, sizeof *b->lanes);
     b->row_of_vertex = (uint32_t *)sss_bem__own(b, V, sizeof *b->row_of_vertex);
     if (!b->nodes || !b->power || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
@@ -3504,7 +3510,6 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
     }
     memset(b->nodes, 0, N * sizeof *b->nodes);
     memset(b->power, 0, N * sizeof *b->power);
-    memset(b->rows, 0, R * sizeof *b->rows);
     memset(b->lanes, 0, R * sizeof *b->lanes);
     memset(b->corners, 0, T * sizeof *b->corners);
     memset(b->corner_E, 0, T * sizeof *b->corner_E);
