@@ -31,7 +31,7 @@
 //
 // ================================================ THEORY ===============================================
 //
-// B(x_o) = int E(x) R_d dA with both sources of the dipole placed at x_o along its normal (table 1 of the paper, inverse
+// B(x_o) = int E(x) R_d dA with both sources of the dipole placed at x_o along its normal (table 1, inverse
 // interpretation). Clusters of triangles count as the first moments of their area; near ones are integrated along their
 // edges: with G(s) = exp(-sigma s)/s, int z K dA = z sum_edges int (C - G) dtheta, eq. 10.
 //
