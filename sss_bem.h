@@ -2296,12 +2296,13 @@ static sss_result sss_bem__place_nodes(sss_bem *b, size_t leaf_count, int levels
     const size_t all = 2 * leaf_count - 1;
     size_t patch = 1, i;
     int l;
-    uint32_t *size = (uint32_t *)sss_bem__allocate(&b->hooks, all, 3 * sizeof *size), *start = size + all,
-             *depth = start + all;
+    uint32_t *size = (uint32_t *)sss_bem__allocate(&b->hooks, all, 3 * sizeof *size), *start, *depth;
     if (size == NULL)
     {
         return SSS_ERROR_OUT_OF_MEMORY;
     }
+    start = size + all;
+    depth = start + all;
     for (l = 0; l < levels; l++)
     {
         patch = 4 * patch + 1;
