@@ -2851,27 +2851,22 @@ static void sss_bem__set_model(sss_bem *b)
     b->long_radius = (float)(SSS_BEM__LONG * (double)least);
 }
 
-// The remainder behind the second moments of a cluster of size h at the distance s, over the whole light of the dipole:
-//     SSS_BEM__REMAINDER q^3 (z/s) exp(-sigma s)/sum of exp(-sigma z),   q = h (1/s + sigma/3),   q <= SSS_BEM__WIDEST.
+// The remainder behind the moments of a cluster of size h at the distance s, over the whole light of the dipole:
+//     SSS_BEM__REMAINDER q^3 (z/s) exp(-sigma s)/sum of exp(-sigma z),   q = h (1/s + sigma/3)
 // The third derivatives of K act on what is uneven about a cluster, its shape and its light. (z/s) exp(-sigma s) is the
-// light of a plane from beyond s. One cluster's error may be much more than the tolerance of the sum, because it is a
-// part of the light and because signs alternate: SSS_BEM__BUDGET.
-#define SSS_BEM__REMAINDER 0.05
-
-static double sss_bem__allowance(double tolerance)
-{
-    return tolerance * sss_bem__min(1.0, pow(tolerance / 0.01, 0.3));
-}
+// light of a plane from beyond s. K has an edge at the guard, where one power of q is lost: SSS_BEM__EDGE. Far away,
+// where so little light is left that any cluster would do, q is limited still: sss_bem__widest.
+#define SSS_BEM__REMAINDER 0.015
+#define SSS_BEM__EDGE 1.2
 
 static double sss_bem__widest(double tolerance)
 {
-    return sss_bem__min(4.0, 3.0 * cbrt(tolerance / 0.01));
+    return sss_bem__min(4.0, 4.0 * cbrt(tolerance / 0.01));
 }
 
 static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
 {
-    const double allowance = sss_bem__allowance(b->options.tolerance);
-    const double widest = sss_bem__widest(b->options.tolerance);
+    const double tolerance = b->options.tolerance, widest = sss_bem__widest(tolerance);
     int c;
     for (c = 0; c < 3; c++)
     {
@@ -2882,10 +2877,9 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
         const double light = share * exp(-sigma * (far_side - z)) / far_side;
         const double most = near_side > 0.0 ? share * exp(-sigma * (near_side - z)) / near_side : HUGE_VAL;
         const double q = h * (1.0 / far_side + sigma / 3.0);
-        const double order = s < 1.5 * guard ? sss_bem__max(q, 0.4) : q; // K has a bend at the guard
+        const double order = s < guard + 0.25 * h ? sss_bem__max(q, SSS_BEM__EDGE) : q;
         if (b->model.scale[c] > 0.0f
-            && (order * q * q * light * SSS_BEM__REMAINDER > allowance
-                || (q > widest && most > 0.1 * b->options.tolerance)))
+            && (order * q * q * light * SSS_BEM__REMAINDER > tolerance || (q > widest && most > 0.1 * tolerance)))
         {
             return 0;
         }
@@ -2894,11 +2888,10 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
 }
 
 // The same of a triangle taken by points: the derivatives of order 6.
-#define SSS_BEM__POINTS_REMAINDER 0.004
+#define SSS_BEM__POINTS_REMAINDER 0.0004
 
 static int sss_bem__points_fit(const sss_bem *b, int kind, double h, double s)
 {
-    const double allowance = sss_bem__allowance(b->options.tolerance);
     int c;
     for (c = 0; c < 3; c++)
     {
@@ -2907,7 +2900,7 @@ static int sss_bem__points_fit(const sss_bem *b, int kind, double h, double s)
         const double light = z * exp(-sigma * (far_side - z)) / far_side;
         const double q = h * (1.0 / far_side + sigma / 3.0), q2 = q * q;
         const double bend = s < 1.2 * guard ? 0.05 * q2 : 0.0; // at the guard
-        if (b->model.scale[c] > 0.0f && (q2 * q2 * q2 + bend) * light * SSS_BEM__POINTS_REMAINDER > allowance)
+        if (b->model.scale[c] > 0.0f && (q2 * q2 * q2 + bend) * light * SSS_BEM__POINTS_REMAINDER > b->options.tolerance)
         {
             return 0;
         }
