@@ -1059,15 +1059,17 @@ enum
 };
 
 // How light reaches receivers. Links are of a whole row: clusters by their moments, triangles that are nearer by points
-// on them. Pairs are of one receiver and a triangle too near even for that: by the integrals over its edges.
+// on them. Pairs are of one receiver and a triangle nearer still: by more points, or by the integrals over its edges.
 enum
 {
     SSS_BEM__FAR = 0,
     SSS_BEM__NEAR,
+    SSS_BEM__CLOSE,
     SSS_BEM__EDGES,
     SSS_BEM__LONG_EDGES, // of a triangle much larger than its distance: more nodes
     SSS_BEM__KINDS,
-    SSS_BEM__LINK_KINDS = SSS_BEM__EDGES // those below are links
+    SSS_BEM__LINK_KINDS = SSS_BEM__CLOSE, // those below are links
+    SSS_BEM__REACH_KINDS = SSS_BEM__EDGES // those below have a least distance
 };
 
 #define SSS_BEM__SLIVER 1e4f // longest edge over height, above which a triangle counts as a sliver
@@ -1130,6 +1132,7 @@ typedef struct sss_bem__model
     float sigma[3];
     float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
     sss_bem__rule rule[2]; // of edges, of long edges
+    int rough;             // the registers' own estimates of 1/sqrt and a short exp are good enough
     float height2[2][3], square[2][3], weight[2][3], decay[3]; // 2 h, h^2, z scale, -sigma/ln 2: for the registers
 } sss_bem__model;
 
@@ -1245,48 +1248,63 @@ static float sss_bem__point_factor(const sss_bem__model *m, int c, const float s
     return sum;
 }
 
-// Radon's rule of degree 5 on a triangle: the centroid, and two orbits of three points (1 - 2a, a, a), which lie 1 - 3a
-// of the way from the centroid to the corners.
-static const float sss_bem__orbit_a[2] = {0.101286507f, 0.470142064f};      // (6 -+ sqrt 15)/21
-static const float sss_bem__orbit_way[2] = {0.696140478f, -0.410426192f};   // 1 - 3a
-static const float sss_bem__orbit_weight[2] = {0.125939181f, 0.132394153f}; // (155 -+ sqrt 15)/1200
-#define SSS_BEM__CENTER_WEIGHT 0.225f
-
-// A triangle near a row, by points: factors for the irradiance at the corners.
-static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                 const sss_bem__node *node, const sss_bem__corners *corners, sss_bem__factor out)
+// Rules on a triangle: barycentric coordinates and weights.
+typedef struct sss_bem__points_rule
 {
-    float w[3], n[3], squares[2], shared[3], own[3][3];
-    int i, k, c, orbit;
-    for (i = 0; i < 3; i++)
+    int count;
+    float point[16][4];
+} sss_bem__points_rule;
+
+static const sss_bem__points_rule sss_bem__near_rule = { // Radon, degree 5
+    7,
+    {{1.0f / 3.0f, 1.0f / 3.0f, 1.0f / 3.0f, 0.225f},
+     {0.797426985f, 0.101286507f, 0.101286507f, 0.125939181f},
+     {0.101286507f, 0.797426985f, 0.101286507f, 0.125939181f},
+     {0.101286507f, 0.101286507f, 0.797426985f, 0.125939181f},
+     {0.059715872f, 0.470142064f, 0.470142064f, 0.132394153f},
+     {0.470142064f, 0.059715872f, 0.470142064f, 0.132394153f},
+     {0.470142064f, 0.470142064f, 0.059715872f, 0.132394153f}}};
+
+static const sss_bem__points_rule sss_bem__close_rule = { // Dunavant, degree 8
+    16,
+    {{1.0f / 3.0f, 1.0f / 3.0f, 1.0f / 3.0f, 0.144315608f},
+     {0.081414823f, 0.459292588f, 0.459292588f, 0.095091634f},
+     {0.459292588f, 0.081414823f, 0.459292588f, 0.095091634f},
+     {0.459292588f, 0.459292588f, 0.081414823f, 0.095091634f},
+     {0.658861384f, 0.170569308f, 0.170569308f, 0.103217371f},
+     {0.170569308f, 0.658861384f, 0.170569308f, 0.103217371f},
+     {0.170569308f, 0.170569308f, 0.658861384f, 0.103217371f},
+     {0.898905543f, 0.050547228f, 0.050547228f, 0.032458498f},
+     {0.050547228f, 0.898905543f, 0.050547228f, 0.032458498f},
+     {0.050547228f, 0.050547228f, 0.898905543f, 0.032458498f},
+     {0.008394777f, 0.263112830f, 0.728492393f, 0.027230314f},
+     {0.008394777f, 0.728492393f, 0.263112830f, 0.027230314f},
+     {0.263112830f, 0.008394777f, 0.728492393f, 0.027230314f},
+     {0.263112830f, 0.728492393f, 0.008394777f, 0.027230314f},
+     {0.728492393f, 0.008394777f, 0.263112830f, 0.027230314f},
+     {0.728492393f, 0.263112830f, 0.008394777f, 0.027230314f}}};
+
+// A triangle by points, from its corners as the receiver sees them: factors for the irradiance at the corners.
+static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__points_rule *rule, const float w[3][3],
+                                   const float n[3], float area, sss_bem__factor out, int place)
+{
+    float x[3], squares[2], sums[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
+    int q, i, k, c;
+    for (q = 0; q < rule->count; q++)
     {
-        w[i] = node->center[i] - lanes->x[i][lane];
-        n[i] = lanes->n[i][lane];
-    }
-    squares[0] = sss_bem__dotf(w, w);
-    squares[1] = sss_bem__dotf(w, n);
-    for (c = 0; c < 3; c++)
-    {
-        shared[c] = SSS_BEM__CENTER_WEIGHT / 3.0f * sss_bem__point_factor(m, c, squares);
-        own[0][c] = own[1][c] = own[2][c] = 0.0f;
-    }
-    for (orbit = 0; orbit < 2; orbit++)
-    {
-        const float weight = sss_bem__orbit_weight[orbit];
-        for (k = 0; k < 3; k++)
+        const float *at = rule->point[q];
+        for (i = 0; i < 3; i++)
         {
-            float x[3];
-            for (i = 0; i < 3; i++)
+            x[i] = at[0] * w[0][i] + at[1] * w[1][i] + at[2] * w[2][i];
+        }
+        squares[0] = sss_bem__dotf(x, x);
+        squares[1] = sss_bem__dotf(x, n);
+        for (c = 0; c < 3; c++)
+        {
+            const float K = at[3] * sss_bem__point_factor(m, c, squares);
+            for (k = 0; k < 3; k++)
             {
-                x[i] = w[i] + sss_bem__orbit_way[orbit] * (corners->x[k][i] - node->center[i]);
-            }
-            squares[0] = sss_bem__dotf(x, x);
-            squares[1] = sss_bem__dotf(x, n);
-            for (c = 0; c < 3; c++)
-            {
-                const float K = weight * sss_bem__point_factor(m, c, squares);
-                shared[c] += sss_bem__orbit_a[orbit] * K;
-                own[k][c] += sss_bem__orbit_way[orbit] * K;
+                sums[k][c] += at[k] * K;
             }
         }
     }
@@ -1294,9 +1312,26 @@ static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *
     {
         for (c = 0; c < 3; c++)
         {
-            out[k][c][lane] = node->area * (shared[c] + own[k][c]);
+            out[k][c][place] = area * sums[k][c];
         }
     }
+}
+
+// A triangle near a row.
+static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
+                                 const sss_bem__corners *corners, float area, sss_bem__factor out)
+{
+    float w[3][3], n[3];
+    int i, k;
+    for (i = 0; i < 3; i++)
+    {
+        n[i] = lanes->n[i][lane];
+        for (k = 0; k < 3; k++)
+        {
+            w[k][i] = corners->x[k][i] - lanes->x[i][lane];
+        }
+    }
+    sss_bem__points_factor(m, &sss_bem__near_rule, (const float (*)[3])w, n, area, out, lane);
 }
 
 // A block of pairs, side by side: corners from the receiver, and the two normals.
@@ -1305,6 +1340,7 @@ typedef struct sss_bem__block
     float w[3][3][SSS_BEM__LANES];
     float n[3][SSS_BEM__LANES];
     float normal[3][SSS_BEM__LANES];
+    float area[SSS_BEM__LANES];
 } sss_bem__block;
 
 // A triangle's edges as one receiver sees them; positions of the source along the receiver's normal are linear in its
@@ -1448,9 +1484,10 @@ static void sss_bem__triangle_source(const sss_bem__model *m, const sss_bem__rul
 }
 
 // One pair of a block.
-static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__rule *rule, const sss_bem__block *b,
-                                     int place, sss_bem__factor out)
+static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *b, int kind, int place,
+                                 sss_bem__factor out)
 {
+    const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
     sss_bem__view v;
     float w[3][3], n[3], normal[3];
     int k, i, c;
@@ -1462,6 +1499,11 @@ static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__rul
         {
             w[k][i] = b->w[k][i][place];
         }
+    }
+    if (kind == SSS_BEM__CLOSE)
+    {
+        sss_bem__points_factor(m, &sss_bem__close_rule, (const float (*)[3])w, n, b->area[place], out, place);
+        return;
     }
     sss_bem__view_triangle((const float (*)[3])w, n, normal, &v);
     for (c = 0; c < 3; c++)
@@ -1626,6 +1668,24 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         y = sss_bem__fma##N(y, f, sss_bem__set##N(6.93147181e-1f));                                                    \
         return sss_bem__scale##N(sss_bem__fma##N(y, f, sss_bem__set##N(1.0f)), n);                                     \
     }                                                                                                                  \
+    /* With `rough`, what the registers estimate: 6e-5 in 16 lanes; in 8 lanes 4e-4, which does take a Newton step. */ \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__quick_rsqrt##N(sss_bem__v##N a, const int rough)         \
+    {                                                                                                                  \
+        return rough && N == 16 ? sss_bem__rough_rsqrt##N(a) : sss_bem__rsqrt##N(a);                                   \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__quick_exp2##N(sss_bem__v##N x, const int rough)          \
+    {                                                                                                                  \
+        const sss_bem__v##N n = sss_bem__round##N(x), f = x - n;                                                       \
+        sss_bem__v##N y = sss_bem__set##N(9.61812911e-3f); /* the rest: (ln 2/2)^5/5! = 4e-5 */                        \
+        if (!rough)                                                                                                    \
+        {                                                                                                              \
+            return sss_bem__exp2##N(x);                                                                                \
+        }                                                                                                              \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(5.55041087e-2f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(2.40226507e-1f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(6.93147181e-1f));                                                    \
+        return sss_bem__scale##N(sss_bem__fma##N(y, f, sss_bem__set##N(1.0f)), n);                                     \
+    }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__log##N(sss_bem__v##N a)                                  \
     {                                                                                                                  \
         const sss_bem__v##N one = sss_bem__set##N(1.0f), e = sss_bem__exponent##N(a), x = sss_bem__mantissa##N(a);     \
@@ -1644,7 +1704,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
 #define SSS_BEM__DEFINE_LINKS(N)                                                                                       \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__cluster_source##N(                                                \
         const sss_bem__model *m, int kind, int c, const sss_bem__v##N *squares, const sss_bem__v##N *forms,            \
-        sss_bem__v##N *sums)                                                                                           \
+        sss_bem__v##N *sums, const int rough)                                                                          \
     {                                                                                                                  \
         const sss_bem__v##N h2 = sss_bem__set##N(m->height2[kind][c]), hh = sss_bem__set##N(m->square[kind][c]);       \
         const sss_bem__v##N guard2 = sss_bem__set##N(m->guard2[kind][c]), sigma = sss_bem__set##N(m->sigma[c]);        \
@@ -1652,9 +1712,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         const sss_bem__v##N fifteen = sss_bem__set##N(15.0f), zero = sss_bem__set##N(0.0f);                            \
         const sss_bem__v##N s2 = sss_bem__fma##N(h2, squares[1], squares[0] + hh);                                     \
         const sss_bem__v##N vCv = sss_bem__fma##N(h2, forms[1], sss_bem__fma##N(hh, forms[2], forms[0]));              \
-        const sss_bem__v##N limited = sss_bem__max##N(s2, guard2), over_s = sss_bem__rsqrt##N(limited);                \
+        const sss_bem__v##N limited = sss_bem__max##N(s2, guard2), over_s = sss_bem__quick_rsqrt##N(limited, rough);   \
         const sss_bem__v##N s = limited * over_s, over = over_s * over_s, u = sigma * s;                               \
-        const sss_bem__v##N decay = sss_bem__exp2##N(sss_bem__set##N(m->decay[c]) * s) * over_s;                       \
+        const sss_bem__v##N decay = sss_bem__quick_exp2##N(sss_bem__set##N(m->decay[c]) * s, rough) * over_s;          \
         const sss_bem__v##N a = decay * (over * sss_bem__set##N(m->weight[kind][c]));                                  \
         const sss_bem__v##N outside = sss_bem__less##N(guard2, s2, over, zero);                                        \
         const sss_bem__v##N slope = outside * sss_bem__fma##N(u, u + three, three);                                    \
@@ -1666,9 +1726,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         sums[1] = sums[1] - a_slope;                                                                                   \
         sums[2] = sums[2] - a_slope * sss_bem__set##N(m->height[kind][c]);                                             \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__far_factors##N(                                                            \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__any_far_factors##N(                                               \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
-        size_t count, sss_bem__factor *out)                                                                            \
+        size_t count, sss_bem__factor *out, const int rough)                                                           \
     {                                                                                                                  \
         int lane, c, i;                                                                                                \
         for (lane = 0; lane < SSS_BEM__LANES; lane += N)                                                               \
@@ -1704,8 +1764,8 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 {                                                                                                      \
                     sss_bem__v##N sums[3];                                                                             \
                     sums[0] = sums[1] = sums[2] = zero;                                                                \
-                    sss_bem__cluster_source##N(m, 0, c, squares, forms, sums);                                         \
-                    sss_bem__cluster_source##N(m, 1, c, squares, forms, sums);                                         \
+                    sss_bem__cluster_source##N(m, 0, c, squares, forms, sums, rough);                                  \
+                    sss_bem__cluster_source##N(m, 1, c, squares, forms, sums, rough);                                  \
                     for (i = 0; i < 3; i++)                                                                            \
                     {                                                                                                  \
                         sss_bem__store##N(out[k][i][c] + lane, sums[i]);                                               \
@@ -1713,12 +1773,25 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__far_factors##N(                                                            \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
+        size_t count, sss_bem__factor *out)                                                                            \
+    {                                                                                                                  \
+        if (m->rough)                                                                                                  \
+        {                                                                                                              \
+            sss_bem__any_far_factors##N(m, lanes, nodes, links, count, out, 1);                                        \
+        }                                                                                                              \
+        else                                                                                                           \
+        {                                                                                                              \
+            sss_bem__any_far_factors##N(m, lanes, nodes, links, count, out, 0);                                        \
+        }                                                                                                              \
     }
 
-// Triangles by points: sss_bem__near_factor.
-#define SSS_BEM__DEFINE_NEAR(N)                                                                                        \
+// Triangles by points: sss_bem__points_factor.
+#define SSS_BEM__DEFINE_POINTS(N)                                                                                      \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__point_factors##N(                                                 \
-        const sss_bem__model *m, const sss_bem__v##N *w, const sss_bem__v##N *n, float weight, sss_bem__v##N *K)       \
+        const sss_bem__model *m, const sss_bem__v##N *w, const sss_bem__v##N *n, sss_bem__v##N *K, const int rough)    \
     {                                                                                                                  \
         const sss_bem__v##N square = sss_bem__dot##N(w, w), along = sss_bem__dot##N(w, n);                             \
         int c, kind;                                                                                                   \
@@ -1731,54 +1804,93 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 const sss_bem__v##N hh = sss_bem__set##N(m->square[kind][c]);                                          \
                 const sss_bem__v##N s2 = sss_bem__fma##N(h2, along, square + hh);                                      \
                 const sss_bem__v##N limited = sss_bem__max##N(s2, sss_bem__set##N(m->guard2[kind][c]));                \
-                const sss_bem__v##N over_s = sss_bem__rsqrt##N(limited), s = limited * over_s;                         \
-                const sss_bem__v##N decay = sss_bem__exp2##N(sss_bem__set##N(m->decay[c]) * s);                        \
-                const sss_bem__v##N cube = over_s * over_s * (over_s * sss_bem__set##N(weight * m->weight[kind][c]));  \
+                const sss_bem__v##N over_s = sss_bem__quick_rsqrt##N(limited, rough), s = limited * over_s;            \
+                const sss_bem__v##N decay = sss_bem__quick_exp2##N(sss_bem__set##N(m->decay[c]) * s, rough);           \
+                const sss_bem__v##N cube = over_s * over_s * (over_s * sss_bem__set##N(m->weight[kind][c]));           \
                 K[c] = sss_bem__fma##N(decay * cube,                                                                   \
                                        sss_bem__fma##N(sss_bem__set##N(m->sigma[c]), s, sss_bem__set##N(1.0f)), K[c]); \
             }                                                                                                          \
         }                                                                                                              \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__near_factors##N(                                                           \
-        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *node,                               \
-        const sss_bem__corners *corners, sss_bem__factor out)                                                          \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__sum_points##N(                                                    \
+        const sss_bem__model *m, const sss_bem__points_rule *rule, sss_bem__v##N (*w)[3], const sss_bem__v##N *n,      \
+        sss_bem__v##N area, int first, sss_bem__factor out, const int rough)                                           \
     {                                                                                                                  \
-        int first, i, k, c, orbit;                                                                                     \
-        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        sss_bem__v##N sums[3][3], x[3], K[3];                                                                          \
+        int q, i, k, c;                                                                                                \
+        for (k = 0; k < 3; k++)                                                                                        \
         {                                                                                                              \
-            sss_bem__v##N center[3], n[3], w[3], K[3], shared[3], own[3][3];                                           \
+            sums[k][0] = sums[k][1] = sums[k][2] = sss_bem__set##N(0.0f);                                              \
+        }                                                                                                              \
+        for (q = 0; q < rule->count; q++)                                                                              \
+        {                                                                                                              \
+            const float *at = rule->point[q];                                                                          \
+            const sss_bem__v##N a = sss_bem__set##N(at[0]), b = sss_bem__set##N(at[1]), c_3 = sss_bem__set##N(at[2]);  \
+            const sss_bem__v##N weight = sss_bem__set##N(at[3]);                                                       \
             for (i = 0; i < 3; i++)                                                                                    \
             {                                                                                                          \
-                center[i] = sss_bem__set##N(node->center[i]) - sss_bem__load##N(lanes->x[i] + first);                  \
-                n[i] = sss_bem__load##N(lanes->n[i] + first);                                                          \
-                own[0][i] = own[1][i] = own[2][i] = sss_bem__set##N(0.0f);                                             \
+                x[i] = sss_bem__fma##N(a, w[0][i], sss_bem__fma##N(b, w[1][i], c_3 * w[2][i]));                        \
             }                                                                                                          \
-            sss_bem__point_factors##N(m, center, n, node->area * (SSS_BEM__CENTER_WEIGHT / 3.0f), shared);             \
-            for (orbit = 0; orbit < 2; orbit++)                                                                        \
+            sss_bem__point_factors##N(m, x, n, K, rough);                                                              \
+            for (c = 0; c < 3; c++)                                                                                    \
             {                                                                                                          \
-                const sss_bem__v##N a = sss_bem__set##N(sss_bem__orbit_a[orbit]);                                      \
-                const sss_bem__v##N way = sss_bem__set##N(sss_bem__orbit_way[orbit]);                                  \
+                const sss_bem__v##N weighted = weight * K[c];                                                          \
+                sums[0][c] = sss_bem__fma##N(a, weighted, sums[0][c]);                                                 \
+                sums[1][c] = sss_bem__fma##N(b, weighted, sums[1][c]);                                                 \
+                sums[2][c] = sss_bem__fma##N(c_3, weighted, sums[2][c]);                                               \
+            }                                                                                                          \
+        }                                                                                                              \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                sss_bem__store##N(out[k][c] + first, area * sums[k][c]);                                               \
+            }                                                                                                          \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__near_factors##N(                                                           \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__corners *corners, float area,             \
+        sss_bem__factor out)                                                                                           \
+    {                                                                                                                  \
+        const sss_bem__points_rule *rule = &sss_bem__near_rule;                                                        \
+        int first, i, k;                                                                                               \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            sss_bem__v##N n[3], w[3][3];                                                                               \
+            for (i = 0; i < 3; i++)                                                                                    \
+            {                                                                                                          \
+                n[i] = sss_bem__load##N(lanes->n[i] + first);                                                          \
                 for (k = 0; k < 3; k++)                                                                                \
                 {                                                                                                      \
-                    for (i = 0; i < 3; i++)                                                                            \
-                    {                                                                                                  \
-                        w[i] = sss_bem__fma##N(way, sss_bem__set##N(corners->x[k][i] - node->center[i]), center[i]);   \
-                    }                                                                                                  \
-                    sss_bem__point_factors##N(m, w, n, node->area * sss_bem__orbit_weight[orbit], K);                  \
-                    for (c = 0; c < 3; c++)                                                                            \
-                    {                                                                                                  \
-                        shared[c] = sss_bem__fma##N(a, K[c], shared[c]);                                               \
-                        own[k][c] = sss_bem__fma##N(way, K[c], own[k][c]);                                             \
-                    }                                                                                                  \
+                    w[k][i] = sss_bem__set##N(corners->x[k][i]) - sss_bem__load##N(lanes->x[i] + first);               \
                 }                                                                                                      \
             }                                                                                                          \
-            for (k = 0; k < 3; k++)                                                                                    \
+            if (m->rough)                                                                                              \
             {                                                                                                          \
-                for (c = 0; c < 3; c++)                                                                                \
+                sss_bem__sum_points##N(m, rule, w, n, sss_bem__set##N(area), first, out, 1);                           \
+            }                                                                                                          \
+            else                                                                                                       \
+            {                                                                                                          \
+                sss_bem__sum_points##N(m, rule, w, n, sss_bem__set##N(area), first, out, 0);                           \
+            }                                                                                                          \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__close_factors##N(const sss_bem__model *m, const sss_bem__block *b,         \
+                                                             sss_bem__factor out)                                      \
+    {                                                                                                                  \
+        int first, i, k;                                                                                               \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            sss_bem__v##N n[3], w[3][3];                                                                               \
+            for (i = 0; i < 3; i++)                                                                                    \
+            {                                                                                                          \
+                n[i] = sss_bem__load##N(b->n[i] + first);                                                              \
+                for (k = 0; k < 3; k++)                                                                                \
                 {                                                                                                      \
-                    sss_bem__store##N(out[k][c] + first, shared[c] + own[k][c]);                                       \
+                    w[k][i] = sss_bem__load##N(b->w[k][i] + first);                                                    \
                 }                                                                                                      \
             }                                                                                                          \
+            sss_bem__sum_points##N(m, &sss_bem__close_rule, w, n, sss_bem__load##N(b->area + first), first, out, 0);   \
         }                                                                                                              \
     }
 
@@ -1931,7 +2043,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             out[k] = out[k] + weight * sss_bem__less##N(zero, v->sliver, flat, linear);                                \
         }                                                                                                              \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__pair_factors##N(const sss_bem__model *m, const sss_bem__rule *rule,        \
+    SSS_BEM__TARGET##N static void sss_bem__edge_factors##N(const sss_bem__model *m, const sss_bem__rule *rule,        \
                                                             const sss_bem__block *b, sss_bem__factor out)         \
     {                                                                                                                  \
         int first, c, k;                                                                                               \
@@ -2043,7 +2155,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
 SSS_BEM__DEFINE_FUNCTIONS(8)
 SSS_BEM__DEFINE_ROWS(8)
 SSS_BEM__DEFINE_LINKS(8)
-SSS_BEM__DEFINE_NEAR(8)
+SSS_BEM__DEFINE_POINTS(8)
 SSS_BEM__DEFINE_PAIRS(8)
 #endif
 
@@ -2051,7 +2163,7 @@ SSS_BEM__DEFINE_PAIRS(8)
 SSS_BEM__DEFINE_FUNCTIONS(16)
 SSS_BEM__DEFINE_ROWS(16)
 SSS_BEM__DEFINE_LINKS(16)
-SSS_BEM__DEFINE_NEAR(16)
+SSS_BEM__DEFINE_POINTS(16)
 SSS_BEM__DEFINE_PAIRS(16)
 #endif
 
@@ -2089,8 +2201,8 @@ struct sss_bem
     double center[3], scale;   // x' = (x - center) scale, in mesh units: the diagonal becomes 1
     float long_radius;         // triangles larger than this have long edges: several times the least height of a source
     double irradiance_scale;   // E is kept divided by it
-    // How far from [real, virtual] sources a cluster counts as its moments (FAR), a triangle as points (NEAR), by size.
-    float reach[SSS_BEM__LINK_KINDS][2][SSS_BEM__CLASSES];
+    // How far from [real, virtual] sources a cluster counts as its moments (FAR), a triangle as points, by size.
+    float reach[SSS_BEM__REACH_KINDS][2][SSS_BEM__CLASSES];
     float half_size[SSS_BEM__CLASSES];
     size_t cursor;             // row at which the next update goes on
     size_t vertex_count, triangle_count, node_count, row_count, chunk_count, top_count, depth;
@@ -2807,6 +2919,7 @@ static void sss_bem__choose_rules(sss_bem *b)
     const double tolerance = b->options.tolerance;
     sss_bem__set_rule(tolerance >= 3e-3 ? 4 : tolerance >= 1e-3 ? 8 : 16, &b->model.rule[0]);
     sss_bem__set_rule(16, &b->model.rule[1]);
+    b->model.rough = tolerance >= 5e-3;
 }
 
 static void sss_bem__set_model(sss_bem *b)
@@ -2887,10 +3000,11 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
     return 1;
 }
 
-// The same of a triangle taken by points: the derivatives of order 6.
-#define SSS_BEM__POINTS_REMAINDER 0.0004
+// The same of a triangle taken by points: the derivatives of order 6, or 9 with more points.
+#define SSS_BEM__NEAR_REMAINDER 0.0004
+#define SSS_BEM__CLOSE_REMAINDER 0.00002
 
-static int sss_bem__points_fit(const sss_bem *b, int kind, double h, double s)
+static int sss_bem__points_fit(const sss_bem *b, int rule, int kind, double h, double s)
 {
     int c;
     for (c = 0; c < 3; c++)
@@ -2898,9 +3012,10 @@ static int sss_bem__points_fit(const sss_bem *b, int kind, double h, double s)
         const double z = (double)b->model.z[kind][c], guard = sqrt((double)b->model.guard2[kind][c]);
         const double sigma = (double)b->model.sigma[c], far_side = sss_bem__max(s, guard);
         const double light = z * exp(-sigma * (far_side - z)) / far_side;
-        const double q = h * (1.0 / far_side + sigma / 3.0), q2 = q * q;
-        const double bend = s < 1.2 * guard ? 0.05 * q2 : 0.0; // at the guard
-        if (b->model.scale[c] > 0.0f && (q2 * q2 * q2 + bend) * light * SSS_BEM__POINTS_REMAINDER > b->options.tolerance)
+        const double q = h * (1.0 / far_side + sigma / 3.0), q3 = q * q * q;
+        const double error = rule == SSS_BEM__NEAR ? SSS_BEM__NEAR_REMAINDER * q3 * q3
+                                                   : SSS_BEM__CLOSE_REMAINDER * q3 * q3 * q3;
+        if (b->model.scale[c] > 0.0f && error * light > b->options.tolerance)
         {
             return 0;
         }
@@ -2913,7 +3028,7 @@ static void sss_bem__plan_reach(sss_bem *b)
 {
     const double least = 1e-12, most = 16.0, step = pow(2.0, 1.0 / 16.0); // diagonals
     int rule, kind, index;
-    for (rule = 0; rule < SSS_BEM__LINK_KINDS; rule++)
+    for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
     {
         for (kind = 0; kind < 2; kind++)
         {
@@ -2921,7 +3036,8 @@ static void sss_bem__plan_reach(sss_bem *b)
             for (index = 0; index < SSS_BEM__CLASSES; index++)
             {
                 const double h = sss_bem__class_size(index);
-                while (s < most && !(rule == SSS_BEM__FAR ? sss_bem__fits : sss_bem__points_fit)(b, kind, h, s))
+                while (s < most && !(rule == SSS_BEM__FAR ? sss_bem__fits(b, kind, h, s)
+                                                          : sss_bem__points_fit(b, rule, kind, h, s)))
                 {
                     s *= step;
                 }
@@ -3183,31 +3299,38 @@ static void sss_bem__emit(sss_bem__walk *w, int kind, uint32_t node, uint32_t wh
     link->who = who;
 }
 
-// A triangle that some of the row's receivers cannot take by moments: by points, and by its edges where even they are
-// too coarse.
+// A triangle that some of the row's receivers cannot take by moments: by points, or else as pairs.
 static void sss_bem__emit_near(sss_bem__walk *w, uint32_t index)
 {
     const sss_bem *b = w->bem;
     const sss_bem__node *node = &b->nodes[index];
-    const float points[2] = {sss_bem__node_reach(b, node, SSS_BEM__NEAR, 0),
-                             sss_bem__node_reach(b, node, SSS_BEM__NEAR, 1)};
-    const int kind = node->radius > b->long_radius ? SSS_BEM__LONG_EDGES : SSS_BEM__EDGES;
-    uint32_t near_lanes = sss_bem__near_lanes(b, w->lanes, node, b->stops[index].reach) & w->lane_mask, lane;
+    const int edges = node->radius > b->long_radius ? SSS_BEM__LONG_EDGES : SSS_BEM__EDGES;
+    uint32_t near_lanes = sss_bem__near_lanes(b, w->lanes, node, b->stops[index].reach) & w->lane_mask, nearest, lane;
+    float reach[2];
     if (near_lanes == 0)
     {
         sss_bem__emit(w, SSS_BEM__FAR, index, 0xffff);
         return;
     }
-    near_lanes &= sss_bem__near_lanes(b, w->lanes, node, points);
+    reach[0] = sss_bem__node_reach(b, node, SSS_BEM__NEAR, 0);
+    reach[1] = sss_bem__node_reach(b, node, SSS_BEM__NEAR, 1);
+    near_lanes &= sss_bem__near_lanes(b, w->lanes, node, reach);
     if (near_lanes != w->lane_mask)
     {
         sss_bem__emit(w, SSS_BEM__NEAR, index, 0xffff & ~near_lanes);
     }
+    if (near_lanes == 0)
+    {
+        return;
+    }
+    reach[0] = sss_bem__node_reach(b, node, SSS_BEM__CLOSE, 0);
+    reach[1] = sss_bem__node_reach(b, node, SSS_BEM__CLOSE, 1);
+    nearest = sss_bem__near_lanes(b, w->lanes, node, reach);
     for (lane = 0; near_lanes != 0; lane++, near_lanes >>= 1)
     {
         if (near_lanes & 1u)
         {
-            sss_bem__emit(w, kind, index, lane);
+            sss_bem__emit(w, nearest >> lane & 1u ? edges : SSS_BEM__CLOSE, index, lane);
         }
     }
 }
@@ -3221,6 +3344,7 @@ static int sss_bem__walk_on(sss_bem__walk *w)
     uint32_t i = w->next;
     w->kept = UINT32_MAX;
     while (i < end && n[SSS_BEM__FAR] < SSS_BEM__BATCH && n[SSS_BEM__NEAR] < SSS_BEM__BATCH
+           && n[SSS_BEM__CLOSE] + SSS_BEM__LANES <= SSS_BEM__BATCH
            && n[SSS_BEM__EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH
            && n[SSS_BEM__LONG_EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH)
     {
@@ -3311,20 +3435,20 @@ static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes,
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__near_factors16(&b->model, lanes, node, corners, out);
+        sss_bem__near_factors16(&b->model, lanes, corners, node->area, out);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__near_factors8(&b->model, lanes, node, corners, out);
+        sss_bem__near_factors8(&b->model, lanes, corners, node->area, out);
         return;
     }
 #endif
     for (lane = 0; lane < SSS_BEM__LANES; lane++)
     {
-        sss_bem__near_factor(&b->model, lanes, lane, node, corners, out);
+        sss_bem__near_factor(&b->model, lanes, lane, corners, node->area, out);
     }
 }
 
@@ -3363,6 +3487,7 @@ static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, c
             block->n[i][place] = lanes->n[i][pair->who];
             block->normal[i][place] = corners->normal[i];
         }
+        block->area[place] = node->area;
     }
 }
 
@@ -3371,27 +3496,28 @@ static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes,
                                   size_t count, sss_bem__factor out)
 {
     const sss_bem__model *m = &b->model;
-    const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
     sss_bem__block block;
     int place;
     sss_bem__fill_block(b, lanes, pairs, count, &block);
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__pair_factors16(m, rule, &block, out);
+        kind == SSS_BEM__CLOSE ? sss_bem__close_factors16(m, &block, out)
+                               : sss_bem__edge_factors16(m, &m->rule[kind == SSS_BEM__LONG_EDGES], &block, out);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__pair_factors8(m, rule, &block, out);
+        kind == SSS_BEM__CLOSE ? sss_bem__close_factors8(m, &block, out)
+                               : sss_bem__edge_factors8(m, &m->rule[kind == SSS_BEM__LONG_EDGES], &block, out);
         return;
     }
 #endif
     for (place = 0; place < (int)count; place++)
     {
-        sss_bem__triangle_factor(m, rule, &block, place, out);
+        sss_bem__pair_factor(m, &block, kind, place, out);
     }
 }
 
