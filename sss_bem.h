@@ -1096,7 +1096,7 @@ typedef struct sss_bem__stop
     uint32_t end;
     uint16_t is_leaf;  // with an area
     uint16_t is_lit;
-    uint32_t stamp;    // when something in its subtree last changed
+    float radius;
 } sss_bem__stop;
 
 // A cluster's light.
@@ -1125,6 +1125,7 @@ typedef struct sss_bem__model
     float height[2][3];  // how deep below the receiver: z_r, -z_v
     float z[2][3];       // weight of eq. 8
     float guard2[2][3];  // (guard z)^2
+    float least_guard[2]; // the least guard z of the channels that scatter
     float guard_K[2][3]; // (1 + sigma s) exp(-sigma s)/s^3 there, 0 without a guard
     float guard_G[2][3]; // exp(-sigma s)/s there
     float height_range[2][2]; // of the channels that scatter
@@ -2222,6 +2223,7 @@ struct sss_bem
     double ease;               // what a cluster may contribute to the error, over the tolerance: sss_bem__calibrate
     sss_bem__node *nodes;      // [node_count], depth first
     sss_bem__stop *stops;      // [node_count]
+    uint32_t *stamps;          // [node_count]: when something in its subtree last changed
     sss_bem__light *lights;    // [node_count]
     float (*area_vector)[3];   // [node_count]
     float (*box)[6];           // [node_count]
@@ -2770,21 +2772,26 @@ static float sss_bem__node_reach(const sss_bem *b, const sss_bem__node *node, in
     return reach > 0.0f ? (rule != SSS_BEM__CLOSE && needed < node->radius ? node->radius : needed) : 0.0f;
 }
 
-// What walks read of a node, but for its light; children first.
+// What walks read of a node, but for its light.
 static void sss_bem__set_stop(sss_bem *b, size_t index)
 {
     const sss_bem__node *node = &b->nodes[index];
     sss_bem__stop *stop = &b->stops[index];
-    size_t child;
     memcpy(stop->center, node->center, sizeof stop->center);
     stop->reach[0] = sss_bem__node_reach(b, node, SSS_BEM__FAR, 0);
     stop->reach[1] = sss_bem__node_reach(b, node, SSS_BEM__FAR, 1);
     stop->end = node->end;
     stop->is_leaf = node->triangle != UINT32_MAX && node->area > 0.0f;
-    stop->stamp = node->stamp;
-    for (child = index + 1; child < node->end; child = b->nodes[child].end)
+    stop->radius = node->radius;
+}
+
+static void sss_bem__set_stamp(sss_bem *b, size_t index)
+{
+    size_t child;
+    b->stamps[index] = b->nodes[index].stamp;
+    for (child = index + 1; child < b->nodes[index].end; child = b->nodes[child].end)
     {
-        stop->stamp = b->stops[child].stamp > stop->stamp ? b->stops[child].stamp : stop->stamp;
+        b->stamps[index] = b->stamps[child] > b->stamps[index] ? b->stamps[child] : b->stamps[index];
     }
 }
 
@@ -2808,12 +2815,13 @@ static void sss_bem__refit_node(sss_bem *b, size_t index)
         node->stamp = b->generation;
     }
     sss_bem__set_stop(b, index);
+    sss_bem__set_stamp(b, index);
 }
 
 static void sss_bem__set_stops(sss_bem *b)
 {
     size_t i;
-    for (i = b->node_count; i-- > 0;)
+    for (i = 0; i < b->node_count; i++)
     {
         sss_bem__set_stop(b, i);
     }
@@ -2920,6 +2928,11 @@ static void sss_bem__go_up(sss_bem *b, void (*visit)(sss_bem *b, size_t index))
 
 #define SSS_BEM__LONG 4.0 // heights
 
+static float sss_bem__least(float a, float b)
+{
+    return a < b ? a : b;
+}
+
 static void sss_bem__widen(float range[2], float x, int active)
 {
     const int empty = range[0] == 0.0f && range[1] == 0.0f; // no source lies at the height 0
@@ -2934,7 +2947,7 @@ static void sss_bem__choose_rules(sss_bem *b)
     const double tolerance = b->options.tolerance;
     sss_bem__set_rule(tolerance >= 3e-3 ? 4 : tolerance >= 1e-3 ? 8 : 16, &b->model.rule[0]);
     sss_bem__set_rule(16, &b->model.rule[1]);
-    b->model.rough = tolerance >= 5e-3;
+    b->model.rough = tolerance >= 1e-3;
 }
 
 static void sss_bem__set_model(sss_bem *b)
@@ -2945,6 +2958,7 @@ static void sss_bem__set_model(sss_bem *b)
     for (kind = 0; kind < 2; kind++)
     {
         b->model.height_range[kind][0] = b->model.height_range[kind][1] = 0.0f;
+        b->model.least_guard[kind] = HUGE_VALF;
     }
     for (c = 0; c < 3; c++)
     {
@@ -2970,6 +2984,8 @@ static void sss_bem__set_model(sss_bem *b)
             b->model.weight[kind][c] = b->model.z[kind][c] * b->model.scale[c];
             least = active && b->model.z[kind][c] < least ? b->model.z[kind][c] : least;
             sss_bem__widen(b->model.height_range[kind], b->model.height[kind][c], active);
+            b->model.least_guard[kind] =
+                active ? sss_bem__least(b->model.least_guard[kind], (float)guard) : b->model.least_guard[kind];
             b->model.guard2[kind][c] = (float)(guard * guard);
             b->model.guard_G[kind][c] = guard > 0.0 ? (float)sss_bem__G(sigma, guard) : 0.0f;
             b->model.guard_K[kind][c] =
@@ -3218,16 +3234,17 @@ static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes
 
 // ---- links of a row: the oracle, and near triangles ----
 
-// Whether a cluster is far enough from all sources of a row.
-static int sss_bem__row_accepts(const sss_bem__spheres *s, const sss_bem__stop *stop)
+// Whether a cluster is far enough from all sources of a row, or so near that K is constant on it: within the guard.
+static int sss_bem__row_accepts(const sss_bem__model *m, const sss_bem__spheres *s, const sss_bem__stop *stop)
 {
     int kind;
     for (kind = 0; kind < 2; kind++)
     {
         const float x = stop->center[0] - s->center[kind][0], y = stop->center[1] - s->center[kind][1];
         const float z = stop->center[2] - s->center[kind][2];
-        const float needed = stop->reach[kind] + s->radius[kind];
-        if (stop->reach[kind] > 0.0f && x * x + y * y + z * z < needed * needed)
+        const float needed = stop->reach[kind] + s->radius[kind], d2 = x * x + y * y + z * z;
+        const float inside = m->least_guard[kind] - s->radius[kind] - stop->radius;
+        if (stop->reach[kind] > 0.0f && d2 < needed * needed && !(inside > 0.0f && d2 < inside * inside))
         {
             return 0;
         }
@@ -3364,7 +3381,7 @@ static int sss_bem__walk_on(sss_bem__walk *w)
            && n[SSS_BEM__LONG_EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH)
     {
         const sss_bem__stop *stop = &stops[i];
-        if (stop->stamp <= w->since)
+        if (w->since > 0 && w->bem->stamps[i] <= w->since)
         {
             w->kept = i;
             w->next = stop->end;
@@ -3374,7 +3391,7 @@ static int sss_bem__walk_on(sss_bem__walk *w)
         {
             i = stop->end;
         }
-        else if (sss_bem__row_accepts(&w->spheres, stop))
+        else if (sss_bem__row_accepts(&w->bem->model, &w->spheres, stop))
         {
             sss_bem__emit(w, SSS_BEM__FAR, i, 0xffff);
             i = stop->end;
@@ -4034,7 +4051,7 @@ static int sss_bem__allocate_trial(sss_bem__trial *t, const sss_bem *b, size_t v
 // octaves of distance. So they are measured at creation, on rows spread over the mesh, under a light of its own, and what
 // a single cluster may contribute is eased or tightened until the sum comes to SSS_BEM__AIM of the tolerance. Errors jump
 // where triangles begin to count as points: at most a factor of 2 at a step.
-#define SSS_BEM__AIM 0.6
+#define SSS_BEM__AIM 0.55
 #define SSS_BEM__LEAST_EASE 0.25
 #define SSS_BEM__MOST_EASE 4.0
 
@@ -4126,7 +4143,7 @@ static void sss_bem__calibrate(sss_bem *b, sss_bem__calibration *c)
     {
         sss_bem__gather_trial(&c->trial, &c->loose, 0);
         error = sss_bem__trial_error(&c->trial);
-        best = error <= aim && ease > best ? ease : best;
+        best = error <= 1.1 * aim && ease > best ? ease : best;
         ease *= sss_bem__min(2.0, sss_bem__max(0.5, aim / error)); // without an error: 2
         ease = sss_bem__min(SSS_BEM__MOST_EASE, sss_bem__max(SSS_BEM__LEAST_EASE, ease));
         c->loose.ease = ease;
@@ -4151,6 +4168,7 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
     const size_t V = b->vertex_count, T = b->triangle_count, N = b->node_count, R = b->row_count;
     b->nodes = (sss_bem__node *)sss_bem__own(b, N, sizeof *b->nodes);
     b->stops = (sss_bem__stop *)sss_bem__own(b, N, sizeof *b->stops);
+    b->stamps = (uint32_t *)sss_bem__own(b, N, sizeof *b->stamps);
     b->lights = (sss_bem__light *)sss_bem__own(b, N, sizeof *b->lights);
     b->area_vector = (float (*)[3])sss_bem__own(b, N, sizeof *b->area_vector);
     b->box = (float (*)[6])sss_bem__own(b, N, sizeof *b->box);
@@ -4167,13 +4185,14 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
     b->lanes = (sss_bem__lanes *)sss_bem__own(b, R, sizeof *b->lanes);
     b->spheres = (sss_bem__spheres *)sss_bem__own(b, R, sizeof *b->spheres);
     b->row_of_vertex = (uint32_t *)sss_bem__own(b, V, sizeof *b->row_of_vertex);
-    if (!b->nodes || !b->stops || !b->lights || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
+    if (!b->nodes || !b->stops || !b->stamps || !b->lights || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
         || !b->corners || !b->corner_E || !b->rows || !b->lanes || !b->spheres || !b->row_of_vertex)
     {
         return SSS_ERROR_OUT_OF_MEMORY;
     }
     memset(b->nodes, 0, N * sizeof *b->nodes);
     memset(b->stops, 0, N * sizeof *b->stops);
+    memset(b->stamps, 0, N * sizeof *b->stamps);
     memset(b->lights, 0, N * sizeof *b->lights);
     memset(b->lanes, 0, R * sizeof *b->lanes);
     memset(b->corners, 0, T * sizeof *b->corners);
@@ -4303,7 +4322,7 @@ SSS_BEM_API void sss_bem_free(sss_bem *bem)
         void *const parts[] = {bem->nodes,  bem->stops,    bem->lights,  bem->area_vector, bem->box,
                                bem->normal, bem->position, bem->corners, bem->corner_E,    bem->triangle,
                                bem->rows,   bem->lanes,    bem->spheres, bem->chunks,      bem->top,
-                               bem->row_of_vertex};
+                               bem->stamps, bem->row_of_vertex};
         size_t i;
         sss_bem_unlink(bem);
         for (i = 0; i < sizeof parts / sizeof parts[0]; i++)
@@ -4404,7 +4423,7 @@ SSS_BEM_API sss_result sss_bem_set_profile(sss_bem *bem, const sss_profile *prof
     sss_bem__set_model(bem);
     for (i = 0; i < bem->node_count; i++)
     {
-        bem->nodes[i].stamp = bem->generation;
+        bem->nodes[i].stamp = bem->stamps[i] = bem->generation;
     }
     for (i = 0; i < bem->row_count; i++)
     {
