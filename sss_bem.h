@@ -3302,6 +3302,7 @@ typedef struct sss_bem__walk
     uint32_t since;      // subtrees that did not change after that are kept; 0: none
     uint32_t next;       // node
     uint32_t kept;       // such a subtree, at which the walk stopped and which ends at next; UINT32_MAX: none
+    uint32_t not_before; // subtrees that begin before this node are walked all the same
     size_t counts[SSS_BEM__KINDS];
     sss_bem__link links[SSS_BEM__KINDS][SSS_BEM__BATCH];
 } sss_bem__walk;
@@ -3320,6 +3321,7 @@ static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, c
     w->lit_only = lit_only;
     w->since = 0;
     w->next = 0;
+    w->not_before = 0;
     sss_bem__empty_walk(w);
     w->spheres = *spheres;
 }
@@ -3381,7 +3383,7 @@ static int sss_bem__walk_on(sss_bem__walk *w)
            && n[SSS_BEM__LONG_EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH)
     {
         const sss_bem__stop *stop = &stops[i];
-        if (w->since > 0 && w->bem->stamps[i] <= w->since)
+        if (w->since > 0 && i >= w->not_before && w->bem->stamps[i] <= w->since)
         {
             w->kept = i;
             w->next = stop->end;
@@ -5194,12 +5196,22 @@ static void sss_bem__plan_link(const sss_bem *b, const sss_bem__stored *old, sss
                     is_pair ? 1 : r->count);
 }
 
-// What a row has of the nodes [begin, end), none of which changed, stays.
-static void sss_bem__plan_kept(const sss_bem *b, const sss_bem__stored *old, sss_bem__plan *plan, uint32_t begin,
-                               uint32_t end)
+// What a row has of the nodes [begin, end), none of which changed, stays. 0: it has a link to a cluster above them.
+static int sss_bem__plan_kept(const sss_bem *b, const sss_bem__stored *old, sss_bem__plan *plan, uint32_t begin,
+                              uint32_t end)
 {
     const sss_bem__row *r = &b->rows[plan->row];
+    const sss_bem__link *far_links = old->links[SSS_BEM__FAR];
+    size_t *cursor = &plan->cursor[SSS_BEM__FAR];
     int kind;
+    while (*cursor < r->counts[SSS_BEM__FAR] && far_links[*cursor].node < begin)
+    {
+        ++*cursor;
+    }
+    if (*cursor > 0 && b->nodes[far_links[*cursor - 1].node].end > begin)
+    {
+        return 0;
+    }
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
         size_t i = plan->cursor[kind];
@@ -5214,6 +5226,7 @@ static void sss_bem__plan_kept(const sss_bem *b, const sss_bem__stored *old, sss
         }
         plan->cursor[kind] = i;
     }
+    return 1;
 }
 
 static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
@@ -5246,9 +5259,10 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
                 sss_bem__plan_link(b, &old, plan, kind, walk.links[kind][k]);
             }
         }
-        if (walk.kept != UINT32_MAX)
+        if (walk.kept != UINT32_MAX && !sss_bem__plan_kept(b, &old, plan, walk.kept, walk.next))
         {
-            sss_bem__plan_kept(b, &old, plan, walk.kept, walk.next);
+            walk.not_before = walk.next;
+            walk.next = walk.kept;
         }
         sss_bem__empty_walk(&walk);
     }
