@@ -5,22 +5,22 @@
 // In the order of the header: form factor, hierarchy, shading in three modes, the paper's own oracle; then conduct under
 // bad input, failing allocation and cancelling; then speed.
 
-#define _POSIX_C_SOURCE 200809L // pthreads
-
 #define SSS_DIPOLE_IMPLEMENTATION
 #include "../sss_dipole.h"
 #define SSS_BEM_IMPLEMENTATION
 #include "../sss_bem.h"
 
 #include "common/area.h"
+#include "common/hooks.h"
 #include "common/meshes.h"
+#include "common/numbers.h"
 #include "common/polygon.h"
+#include "common/profiles.h"
 #include "common/reference.h"
 #include "common/test.h"
 
 #include <float.h>
 #include <math.h>
-#include <pthread.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,39 +34,6 @@
 #define COUNT(array) (sizeof(array) / sizeof *(array))
 
 // ============================================== Common helpers ==============================================
-
-static uint64_t g_random_state;
-
-static void random_seed(uint64_t seed)
-{
-    g_random_state = seed * 0x9E3779B97F4A7C15u + 1u;
-}
-
-// In [0, 1): xorshift64*, Vigna 2016.
-static double random_unit(void)
-{
-    g_random_state ^= g_random_state >> 12;
-    g_random_state ^= g_random_state << 25;
-    g_random_state ^= g_random_state >> 27;
-    return (double)((g_random_state * 2685821657736338717u) >> 11) / 9007199254740992.0;
-}
-
-static double random_between(double low, double high)
-{
-    return low + (high - low) * random_unit();
-}
-
-static double relative_error(double got, double want)
-{
-    return got == want ? 0.0 : fabs(got - want) / fabs(want);
-}
-
-// Keeps the largest; NaN counts as infinity, so that it cannot hide.
-static void keep_worst(double *worst, double error)
-{
-    if (!(error <= *worst))
-        *worst = error == error ? error : HUGE_VAL;
-}
 
 static double dot3(const double a[3], const double b[3])
 {
@@ -883,26 +850,6 @@ static void form_factors_of_bad_input(void)
 
 // ================================================= 2. Shading =================================================
 
-// A profile that no check can take for a good one, if it could not be made.
-static sss_profile failed_profile(void)
-{
-    sss_profile profile;
-    for (int c = 0; c < 3; ++c)
-        profile.alpha_p[c] = profile.sigma_tr[c] = profile.z_r[c] = profile.z_v[c] = (double)NAN;
-    profile.eta = profile.F_internal = profile.F_external = (double)NAN;
-    return profile;
-}
-
-static sss_profile profile_of(const char *name)
-{
-    sss_dipole_material material;
-    sss_profile profile;
-    if (sss_dipole_material_by_name(name, &material) != SSS_OK ||
-        sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, &profile) != SSS_OK)
-        return failed_profile();
-    return profile;
-}
-
 // The same material where every length is `scale` times as long.
 static sss_profile scaled_profile(sss_profile p, double scale)
 {
@@ -1449,48 +1396,6 @@ static void every_path_agrees(void)
 }
 
 // ================================================= 3. Three modes =================================================
-
-// POSIX threads under hooks.parallel_for: three threads, uneven pieces, each begun from its end.
-typedef struct piece
-{
-    void (*task)(void *context, size_t begin, size_t end);
-    void *context;
-    size_t begin, end;
-} piece;
-
-static void *run_piece(void *pointer)
-{
-    const piece *p = (const piece *)pointer;
-    for (size_t i = p->end; i > p->begin;)
-    {
-        const size_t from = i - p->begin > 3 ? i - 3 : p->begin;
-        p->task(p->context, from, i);
-        i = from;
-    }
-    return NULL;
-}
-
-static void threads_for(void *user, size_t count, void (*task)(void *, size_t, size_t), void *context)
-{
-    pthread_t thread[3];
-    piece pieces[3];
-    int started[3];
-    if (user != NULL)
-        ++*(int *)user;
-    for (size_t i = 0; i < 3; ++i)
-    {
-        pieces[i].task = task;
-        pieces[i].context = context;
-        pieces[i].begin = count * i * i / 9;
-        pieces[i].end = count * (i + 1) * (i + 1) / 9;
-        started[i] = pthread_create(&thread[i], NULL, run_piece, &pieces[i]) == 0;
-        if (!started[i])
-            (void)run_piece(&pieces[i]);
-    }
-    for (size_t i = 0; i < 3; ++i)
-        if (started[i])
-            (void)pthread_join(thread[i], NULL);
-}
 
 static void splitting_changes_no_bit(void)
 {   // Oracle: the whole in one call. Rows in pieces of 1, 7 and 64, written nowhere else; threads; a second object.
@@ -2363,65 +2268,6 @@ static void bad_calls_are_refused(void)
 
 // ---- Allocation that fails, and cancelling ----
 
-typedef struct ledger
-{
-    int calls;   // of allocate
-    int fail_at; // the call that gives NULL; -1: none
-    int live;    // blocks not yet released
-    size_t bytes, peak;
-    int progress_calls, cancel_at;
-    int fractions_fine;
-} ledger;
-
-#define BLOCK_HEAD 64 // keeps what malloc's alignment promises, and holds the size
-
-static void *ledger_allocate(void *user, size_t bytes)
-{
-    ledger *l = (ledger *)user;
-    unsigned char *block;
-    if (l->calls++ == l->fail_at || (block = (unsigned char *)malloc(bytes + BLOCK_HEAD)) == NULL)
-        return NULL;
-    memset(block + BLOCK_HEAD, 0xA5, bytes); // nothing may count on zeroes
-    memcpy(block, &bytes, sizeof bytes);
-    l->live++;
-    l->bytes += bytes;
-    l->peak = l->bytes > l->peak ? l->bytes : l->peak;
-    return block + BLOCK_HEAD;
-}
-
-static void ledger_release(void *user, void *pointer)
-{
-    ledger *l = (ledger *)user;
-    unsigned char *block = (unsigned char *)pointer - BLOCK_HEAD;
-    size_t bytes;
-    memcpy(&bytes, block, sizeof bytes);
-    l->live--;
-    l->bytes -= bytes;
-    free(block);
-}
-
-static int ledger_progress(void *user, double fraction)
-{
-    ledger *l = (ledger *)user;
-    l->fractions_fine &= fraction >= 0.0 && fraction <= 1.0;
-    return l->progress_calls++ == l->cancel_at;
-}
-
-static sss_hooks ledger_hooks(ledger *l)
-{
-    sss_hooks hooks;
-    memset(l, 0, sizeof *l);
-    memset(&hooks, 0, sizeof hooks);
-    l->fail_at = -1;
-    l->cancel_at = -1;
-    l->fractions_fine = 1;
-    hooks.user = l;
-    hooks.allocate = ledger_allocate;
-    hooks.release = ledger_release;
-    hooks.progress = ledger_progress;
-    return hooks;
-}
-
 // From the mesh through every function that may allocate; stops at the first error. A call that failed is made once more,
 // and must then do.
 static sss_result whole_way(const scene *s, const sss_bem_options *options, const sss_hooks *hooks, float *B,
@@ -2477,7 +2323,7 @@ static void every_allocation_may_fail(void)
         CHECK_EQUAL(whole_way(&s, &options, NULL, s.other, &stats), SSS_OK);
         for (; k < 20000; ++k)
         {
-            hooks = ledger_hooks(&l);
+            hooks = ledger_hooks(&l, 1);
             l.fail_at = k;
             const sss_result result = whole_way(&s, &options, &hooks, s.B, &stats);
             clean &= l.live == 0;
@@ -2492,7 +2338,7 @@ static void every_allocation_may_fail(void)
         CHECK_BETWEEN((double)stats.bytes / (double)l.peak, 0.2, 1.0);
     }
     ledger l;
-    sss_hooks hooks = ledger_hooks(&l);
+    sss_hooks hooks = ledger_hooks(&l, 1);
     hooks.release = NULL;
     refused(&s.view, &s.profile, NULL, &hooks, SSS_ERROR_INVALID_ARGUMENT, "allocate without release");
     scene_free(&s);
@@ -2503,7 +2349,7 @@ static void an_update_that_ran_out_of_memory_goes_on(void)
     // end render gives the same bits; shade and render leave their output alone when they fail.
     scene s;
     ledger l;
-    sss_hooks hooks = ledger_hooks(&l);
+    sss_hooks hooks = ledger_hooks(&l, 1);
     size_t pending = 1;
     int failures = 0, codes = 1;
     if (scene_of_sphere(&s, 3, 5.0) != 0)
@@ -2539,7 +2385,7 @@ static void progress_may_cancel(void)
     const size_t bytes = 3 * s.V * sizeof(float);
     int cancelled = 0, alone = 1, works = 1;
     ledger l;
-    sss_hooks hooks = ledger_hooks(&l);
+    sss_hooks hooks = ledger_hooks(&l, 1);
     sss_bem *bem = bem_of(&s, NULL, &hooks);
     CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
     for (int k = 0; k < 12; ++k)
