@@ -131,8 +131,8 @@ int test_check_bar(double value, double bar, double regression, int above, const
     if (!reached)
     {
         g_missed++;
-        printf("MISSED  %s: %s%s%s: bar %.4g, got %.4g\n", g_test_name, g_about, g_about[0] != '\0' ? ": " : "", what, bar,
-               value);
+        printf("MISSED  %s: %s%s%s: bar %.4g, got %.4g\n", g_test_name, g_about, g_about[0] != '\0' ? ": " : "", what,
+               bar, value);
     }
     return held;
 }

@@ -13,8 +13,8 @@
 //     }
 //
 // argv[1], if given, runs only the tests whose name contains it; "--list" lists them. The last line is
-// "N passed, N failed", in checks; before it, where bars were missed, "N bars missed". Exit status 1 if a check failed, a test crashed, or nothing was checked.
-// Checks are for the main thread only.
+// "N passed, N failed", in checks; before it, where bars were missed, "N bars missed". Exit status 1 if a check failed,
+// a test crashed, or nothing was checked. Checks are for the main thread only.
 
 #ifndef SSS_TESTS_TEST_H
 #define SSS_TESTS_TEST_H
@@ -44,10 +44,11 @@ typedef struct test_case
 // low <= value <= high, where too good is also wrong; NaN fails.
 #define CHECK_BETWEEN(value, low, high) test_check_between((value), (low), (high), #value, __FILE__, __LINE__)
 
-// A bar that the project has set itself: an error is at most `bar`, a ratio of speeds at least. What misses it is printed
-// as a line that begins with "MISSED", counted apart, and listed again when all tests are through (tests/run.sh): nobody
-// may overlook it. It fails only beyond `regression`, the bound that this code has been measured to hold, with room for
-// the clock where the clock is the oracle. `what` is a phrase, since the line must be understood on its own.
+// A bar that the project has set itself: an error is at most `bar`, a ratio of speeds at least. What misses it is
+// printed as a line that begins with "MISSED", counted apart, and listed again when all tests are through
+// (tests/run.sh): nobody may overlook it. It fails only beyond `regression`, the bound that this code has been measured
+// to hold, with room for the clock where the clock is the oracle. `what` is a phrase, since the line must be understood
+// on its own.
 #define CHECK_BAR_BELOW(value, bar, regression, what)                                                                  \
     test_check_bar((value), (bar), (regression), 0, (what), __FILE__, __LINE__)
 #define CHECK_BAR_ABOVE(value, bar, regression, what)                                                                  \
