@@ -959,6 +959,14 @@ static sss_bem *bem_of(const scene *s, const sss_bem_options *options, const sss
     return NULL;
 }
 
+static sss_bem_stats stats_of(const sss_bem *bem)
+{
+    sss_bem_stats stats;
+    memset(&stats, 0, sizeof stats);
+    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    return stats;
+}
+
 static sss_bem_options options_of(double tolerance, double guard)
 {
     sss_bem_options options;
@@ -994,25 +1002,6 @@ static sss_result shade_threaded(const scene *s, const sss_bem_options *options,
     return result;
 }
 
-// Vertices drawn so that each stands for the same area: plain sums over them are then area-weighted.
-static size_t *vertices_by_area(const mesh_data *mesh, size_t count)
-{
-    double *area = (double *)malloc(mesh->vertex_count * sizeof *area);
-    size_t *index = (size_t *)calloc(count, sizeof *index), next = 0;
-    double below = 0.0, total = 0.0;
-    if (area != NULL && index != NULL)
-    {
-        mesh_vertex_areas(mesh, area);
-        for (size_t v = 0; v < mesh->vertex_count; ++v)
-            total += area[v];
-        for (size_t v = 0; v < mesh->vertex_count && next < count; ++v)
-            for (below += area[v]; next < count && ((double)next + 0.5) / (double)count * total < below; ++next)
-                index[next] = v;
-    }
-    free(area);
-    return index;
-}
-
 // What the converged reference says of some vertices.
 typedef struct truth
 {
@@ -1024,7 +1013,7 @@ typedef struct truth
 static int truth_make(truth *t, const scene *s, size_t count, double guard, double tolerance)
 {
     const reference_options options = {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, tolerance, guard};
-    t->index = vertices_by_area(&s->mesh, count);
+    t->index = mesh_vertices_by_area(&s->mesh, count);
     t->count = count;
     t->B = (double *)calloc(6 * count, sizeof *t->B);
     return t->index == NULL || t->B == NULL ||
@@ -1148,7 +1137,7 @@ static sss_result shade_rows_of(const scene *s, const sss_bem *bem, const size_t
 // What the object says of vertices drawn by area.
 static int truth_by_gathering(truth *t, const scene *s, const sss_bem *bem, size_t count)
 {
-    t->index = vertices_by_area(&s->mesh, count);
+    t->index = mesh_vertices_by_area(&s->mesh, count);
     t->count = count;
     t->B = (double *)calloc(3 * count, sizeof *t->B);
     return bem == NULL || t->index == NULL || t->B == NULL || gather_at(s, bem, t->index, count, t->B) != SSS_OK;
@@ -1559,9 +1548,7 @@ static void splitting_changes_no_bit(void)
         SKIP("glmark2-data with its bunny is not installed");
     const size_t bytes = 3 * s.V * sizeof(float);
     sss_bem *bem = bem_of(&s, NULL, NULL);
-    sss_bem_stats stats;
-    memset(&stats, 0, sizeof stats);
-    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    const sss_bem_stats stats = stats_of(bem);
     CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
     CHECK_BETWEEN((double)stats.row_count, 2.0, (double)s.V);
     for (size_t k = 0; k < 3; ++k)
@@ -2004,10 +1991,8 @@ static void subdivision_is_heeded(void)
     if (!CHECK(bem != NULL))
         return;
     check_hierarchy(&s, bem, s.mesh.positions, "subdivided");
-    sss_bem_stats stats;
     sss_bem_cluster c, child;
-    memset(&stats, 0, sizeof stats);
-    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    const sss_bem_stats stats = stats_of(bem);
     size_t families = 0, wrong = 0;
     for (size_t i = 0; i < stats.cluster_count; ++i)
     {   // the triangles below, as a range; 4 children each of a quarter
@@ -2051,9 +2036,7 @@ static void links_tile_the_surface(void)
     if (scene_of_bunny(&s, 10.0, 50.0, "Marble") != 0)
         SKIP("glmark2-data with its bunny is not installed");
     sss_bem *bem = bem_of(&s, NULL, NULL);
-    sss_bem_stats stats;
-    memset(&stats, 0, sizeof stats);
-    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    const sss_bem_stats stats = stats_of(bem);
     size_t *links = (size_t *)calloc(stats.cluster_count, sizeof *links);
     unsigned char *covered = (unsigned char *)calloc(stats.cluster_count, 1);
     int whole = 1, counted = 1;
@@ -2365,9 +2348,7 @@ static void bad_calls_are_refused(void)
     const sss_result invalid = SSS_ERROR_INVALID_ARGUMENT;
     const size_t bytes = 3 * s.V * sizeof(float);
     sss_bem *bem = bem_of(&s, NULL, NULL);
-    sss_bem_stats stats;
-    memset(&stats, 0, sizeof stats);
-    CHECK_EQUAL(sss_bem_get_stats(bem, &stats), SSS_OK);
+    const sss_bem_stats stats = stats_of(bem);
     CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
     memset(s.B, 0x7F, bytes);
     float *bad = (float *)malloc(bytes);
@@ -2814,7 +2795,7 @@ static void speeds_of_a_bunny(int material, int size)
     const sss_bem_options percent = options_of(1e-2, 0.0), per_mille = options_of(1e-3, 0.0);
     if (scene_of_bunny(&s, 1.0, three_sizes[size], two_materials[material]) != 0)
         SKIP("glmark2-data with its bunny is not installed");
-    size_t *index = vertices_by_area(&s.mesh, SPEED_ROWS);
+    size_t *index = mesh_vertices_by_area(&s.mesh, SPEED_ROWS);
     for (size_t i = 0; i < 3 * SPEED_ROWS; ++i)
     {
         receivers[i] = s.mesh.positions[3 * index[i / 3] + i % 3];

@@ -1500,28 +1500,18 @@ static sss_dipole_receivers receivers_view(const receivers *r)
     return view;
 }
 
-// Vertices drawn so that each stands for the same area: plain sums over them are then area-weighted.
+// Vertices drawn by area.
 static int vertices_by_area(const mesh_data *mesh, size_t count, receivers *r)
 {
-    double *area = (double *)malloc(mesh->vertex_count * sizeof *area);
-    double below = 0.0, total = 0.0;
-    size_t next = 0;
-    if (area == NULL || receivers_allocate(r, count) != 0)
-        return 1;
-    mesh_vertex_areas(mesh, area);
-    for (size_t v = 0; v < mesh->vertex_count; ++v)
-        total += area[v];
-    for (size_t v = 0; v < mesh->vertex_count && next < count; ++v)
+    size_t *index = mesh_vertices_by_area(mesh, count);
+    const int failed = index == NULL || receivers_allocate(r, count) != 0;
+    for (size_t i = 0; !failed && i < 3 * count; ++i)
     {
-        below += area[v];
-        for (; next < count && ((double)next + 0.5) / (double)count * total < below; ++next)
-        {
-            memcpy(&r->positions[3 * next], &mesh->positions[3 * v], 3 * sizeof(float));
-            memcpy(&r->normals[3 * next], &mesh->normals[3 * v], 3 * sizeof(float));
-        }
+        r->positions[i] = mesh->positions[3 * index[i / 3] + i % 3];
+        r->normals[i] = mesh->normals[3 * index[i / 3] + i % 3];
     }
-    free(area);
-    return next < count;
+    free(index);
+    return failed;
 }
 
 // Sunlight from (1,1,1), for each channel another brightness; a little everywhere, so that no receiver is dark.
