@@ -1460,6 +1460,39 @@ static void vertex_normals_do_not_see_the_triangulation(void)
     CHECK(worst > 0.1);
 }
 
+static void vertex_normals_need_no_normals(void)
+{   // Oracle: the declaration: mesh->normals is not read. Normals that are no numbers, in the array to be filled and in
+    // another one, change nothing; bad positions are refused all the same, and nothing is written.
+    mesh_data sphere;
+    if (mesh_sphere(2, 3.0, &sphere) != 0)
+        SKIP("out of memory");
+    const size_t count = 3 * sphere.vertex_count, bytes = count * sizeof(float);
+    sss_mesh mesh = mesh_view(&sphere, 1.0);
+    float *plain = (float *)malloc(bytes), *out = (float *)malloc(bytes), *bad = (float *)malloc(bytes);
+    if (CHECK(plain != NULL && out != NULL && bad != NULL))
+    {
+        mesh.normals = NULL;
+        CHECK_EQUAL(sss_dipole_vertex_normals(&mesh, plain), SSS_OK);
+        for (size_t i = 0; i < count; ++i)
+            out[i] = bad[i] = i % 2 == 0 ? NAN : -INFINITY;
+        mesh.normals = bad;
+        CHECK_EQUAL(sss_dipole_vertex_normals(&mesh, out), SSS_OK);
+        CHECK(memcmp(plain, out, bytes) == 0);
+        mesh.normals = out;
+        memcpy(out, bad, bytes);
+        CHECK_EQUAL(sss_dipole_vertex_normals(&mesh, out), SSS_OK);
+        CHECK(memcmp(plain, out, bytes) == 0);
+        sphere.positions[4] = NAN;
+        CHECK_EQUAL(sss_dipole_vertex_normals(&mesh, out), SSS_ERROR_INVALID_ARGUMENT);
+        CHECK(memcmp(plain, out, bytes) == 0);
+    }
+    CHECK_EQUAL(sss_dipole_vertex_normals(NULL, plain), SSS_ERROR_INVALID_ARGUMENT);
+    free(plain);
+    free(out);
+    free(bad);
+    mesh_free(&sphere);
+}
+
 // ================================================== 5. Gather ==================================================
 
 // The scalar path first: the others are compared with it.
@@ -4488,6 +4521,7 @@ int main(int argc, char **argv)
         TEST(environment_closed_forms),
         TEST(lights_add_up_and_visibility_scales),
         TEST(vertex_normals_do_not_see_the_triangulation),
+        TEST(vertex_normals_need_no_normals),
         TEST(bunny_agrees_with_the_reference),
         TEST(decimated_bunny_agrees_with_the_reference),
         TEST(coarse_meshes_converge),
