@@ -2348,7 +2348,7 @@ static void bad_calls_are_refused(void)
     const sss_result invalid = SSS_ERROR_INVALID_ARGUMENT;
     const size_t bytes = 3 * s.V * sizeof(float);
     sss_bem *bem = bem_of(&s, NULL, NULL);
-    const sss_bem_stats stats = stats_of(bem);
+    sss_bem_stats stats = stats_of(bem);
     CHECK_EQUAL(sss_bem_shade(bem, s.other), SSS_OK);
     memset(s.B, 0x7F, bytes);
     float *bad = (float *)malloc(bytes);
