@@ -1096,14 +1096,13 @@ typedef struct sss_bem__stop
     uint32_t end;
     uint16_t is_leaf;  // with an area
     uint16_t is_lit;
-    uint32_t stamp;    // when something in its subtree last changed
+    float radius;
 } sss_bem__stop;
 
 // A cluster's light.
 typedef struct sss_bem__light
 {
-    float power[3];     // int E dA, RGB
-    float moment[3][3]; // int E (x - center) dA of each channel
+    float v[12]; // [c]: int E dA, [3 + 3 c + i]: int E (x_i - center_i) dA
 } sss_bem__light;
 
 // Receivers in rows of lanes; unused lanes repeat the last receiver.
@@ -1126,6 +1125,7 @@ typedef struct sss_bem__model
     float height[2][3];  // how deep below the receiver: z_r, -z_v
     float z[2][3];       // weight of eq. 8
     float guard2[2][3];  // (guard z)^2
+    float least_guard[2]; // the least guard z of the channels that scatter
     float guard_K[2][3]; // (1 + sigma s) exp(-sigma s)/s^3 there, 0 without a guard
     float guard_G[2][3]; // exp(-sigma s)/s there
     float height_range[2][2]; // of the channels that scatter
@@ -2067,11 +2067,12 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
 
 // Receivers to which a triangle is near, and the sums of a row: sss_bem__near_lanes, sss_bem__add_far, sss_bem__add_near.
 #define SSS_BEM__DEFINE_ROWS(N)                                                                                        \
-    SSS_BEM__TARGET##N static uint32_t sss_bem__near_lanes##N(const sss_bem__model *m, const sss_bem__lanes *lanes,    \
-                                                              const sss_bem__node *node, const float reach[2])         \
+    SSS_BEM__TARGET##N static void sss_bem__near_lanes##N(                                                             \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *node,                               \
+        const float (*reach)[2], uint32_t *bits)                                                                       \
     {                                                                                                                  \
-        uint32_t bits = 0;                                                                                             \
-        int first, kind;                                                                                               \
+        int first, kind, rule;                                                                                         \
+        bits[0] = bits[1] = bits[2] = 0;                                                                               \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
             const sss_bem__v##N x = sss_bem__set##N(node->center[0]) - sss_bem__load##N(lanes->x[0] + first);          \
@@ -2087,10 +2088,13 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 const sss_bem__v##N high = sss_bem__set##N(m->height_range[kind][1]);                                  \
                 const sss_bem__v##N h = sss_bem__min##N(high, sss_bem__max##N(low, sss_bem__set##N(0.0f) - p));        \
                 const sss_bem__v##N s2 = sss_bem__fma##N(p + p + h, h, r2);                                            \
-                bits |= sss_bem__less_bits##N(s2, sss_bem__set##N(reach[kind] * reach[kind])) << first;                \
+                for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)                                                    \
+                {                                                                                                      \
+                    const sss_bem__v##N square = sss_bem__set##N(reach[rule][kind] * reach[rule][kind]);               \
+                    bits[rule] |= sss_bem__less_bits##N(s2, square) << first;                                          \
+                }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
-        return bits;                                                                                                   \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__add_far##N(                                                                \
         const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__light *lights,                         \
@@ -2117,12 +2121,12 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 const sss_bem__v##N wz = sss_bem__set##N(node->center[2]) - z;                                         \
                 for (c = 0; c < 3; c++)                                                                                \
                 {                                                                                                      \
-                    const sss_bem__v##N mx = sss_bem__set##N(from->moment[c][0]);                                      \
-                    const sss_bem__v##N my = sss_bem__set##N(from->moment[c][1]);                                      \
-                    const sss_bem__v##N mz = sss_bem__set##N(from->moment[c][2]);                                      \
+                    const sss_bem__v##N mx = sss_bem__set##N(from->v[3 + 3 * c]);                                      \
+                    const sss_bem__v##N my = sss_bem__set##N(from->v[4 + 3 * c]);                                      \
+                    const sss_bem__v##N mz = sss_bem__set##N(from->v[5 + 3 * c]);                                      \
                     const sss_bem__v##N along = sss_bem__fma##N(wx, mx, sss_bem__fma##N(wy, my, wz * mz));             \
                     const sss_bem__v##N across = sss_bem__fma##N(nx, mx, sss_bem__fma##N(ny, my, nz * mz));            \
-                    sum[c] = sss_bem__fma##N(sss_bem__set##N(from->power[c]),                                          \
+                    sum[c] = sss_bem__fma##N(sss_bem__set##N(from->v[c]),                                              \
                                              sss_bem__load##N(factors[k][0][c] + first), sum[c]);                      \
                     sum[c] = sss_bem__fma##N(along, sss_bem__load##N(factors[k][1][c] + first), sum[c]);               \
                     sum[c] = sss_bem__fma##N(across, sss_bem__load##N(factors[k][2][c] + first), sum[c]);              \
@@ -2179,6 +2183,13 @@ typedef struct sss_bem__merge
     uint32_t index;    // among triangles and merged clusters
 } sss_bem__merge;
 
+// The spheres that hold a row's real and its virtual sources.
+typedef struct sss_bem__spheres
+{
+    float center[2][3];
+    float radius[2];
+} sss_bem__spheres;
+
 // Up to 16 vertices that share their links.
 typedef struct sss_bem__row
 {
@@ -2209,8 +2220,10 @@ struct sss_bem
     uint32_t generation;
     int own_normals;           // normals were not given
     double predicted_error;    // negative: not known
+    double ease;               // what a cluster may contribute to the error, over the tolerance: sss_bem__calibrate
     sss_bem__node *nodes;      // [node_count], depth first
     sss_bem__stop *stops;      // [node_count]
+    uint32_t *stamps;          // [node_count]: when something in its subtree last changed
     sss_bem__light *lights;    // [node_count]
     float (*area_vector)[3];   // [node_count]
     float (*box)[6];           // [node_count]
@@ -2221,6 +2234,7 @@ struct sss_bem
     float (*corner_E)[3][3];   // [T]: corner, channel
     sss_bem__row *rows;        // [row_count]
     sss_bem__lanes *lanes;     // [row_count]
+    sss_bem__spheres *spheres; // [row_count]
     uint32_t *chunks;          // [chunk_count]: roots of disjoint subtrees that are refitted in parallel
     uint32_t *top;             // [top_count]: the nodes above them
     uint32_t *row_of_vertex;   // [V]
@@ -2755,24 +2769,29 @@ static float sss_bem__node_reach(const sss_bem *b, const sss_bem__node *node, in
     const float reach = b->reach[rule][kind][node->size];
     const float long_by = node->radius - b->half_size[node->size]; // needles stick out of the size of their class
     const float needed = long_by > 0.0f ? reach + long_by : reach;
-    return reach > 0.0f ? (needed < node->radius ? node->radius : needed) : 0.0f;
+    return reach > 0.0f ? (rule != SSS_BEM__CLOSE && needed < node->radius ? node->radius : needed) : 0.0f;
 }
 
-// What walks read of a node, but for its light; children first.
+// What walks read of a node, but for its light.
 static void sss_bem__set_stop(sss_bem *b, size_t index)
 {
     const sss_bem__node *node = &b->nodes[index];
     sss_bem__stop *stop = &b->stops[index];
-    size_t child;
     memcpy(stop->center, node->center, sizeof stop->center);
     stop->reach[0] = sss_bem__node_reach(b, node, SSS_BEM__FAR, 0);
     stop->reach[1] = sss_bem__node_reach(b, node, SSS_BEM__FAR, 1);
     stop->end = node->end;
     stop->is_leaf = node->triangle != UINT32_MAX && node->area > 0.0f;
-    stop->stamp = node->stamp;
-    for (child = index + 1; child < node->end; child = b->nodes[child].end)
+    stop->radius = node->radius;
+}
+
+static void sss_bem__set_stamp(sss_bem *b, size_t index)
+{
+    size_t child;
+    b->stamps[index] = b->nodes[index].stamp;
+    for (child = index + 1; child < b->nodes[index].end; child = b->nodes[child].end)
     {
-        stop->stamp = b->stops[child].stamp > stop->stamp ? b->stops[child].stamp : stop->stamp;
+        b->stamps[index] = b->stamps[child] > b->stamps[index] ? b->stamps[child] : b->stamps[index];
     }
 }
 
@@ -2796,12 +2815,13 @@ static void sss_bem__refit_node(sss_bem *b, size_t index)
         node->stamp = b->generation;
     }
     sss_bem__set_stop(b, index);
+    sss_bem__set_stamp(b, index);
 }
 
 static void sss_bem__set_stops(sss_bem *b)
 {
     size_t i;
-    for (i = b->node_count; i-- > 0;)
+    for (i = 0; i < b->node_count; i++)
     {
         sss_bem__set_stop(b, i);
     }
@@ -2813,23 +2833,23 @@ static void sss_bem__pull_leaf(sss_bem *b, size_t index)
 {
     const sss_bem__node *node = &b->nodes[index];
     const float (*E)[3] = (const float (*)[3])b->corner_E[node->triangle];
-    const sss_bem__corners *corners = &b->corners[node->triangle];
-    sss_bem__light *light = &b->lights[index];
-    int c, i, k, is_lit = 0;
+    const float (*x)[3] = (const float (*)[3])b->corners[node->triangle].x;
+    const float third = node->area * (1.0f / 3.0f), twelfth = node->area * (1.0f / 12.0f);
+    sss_bem__light sum;
+    int c, i, is_lit = 0;
     for (c = 0; c < 3; c++)
     {
-        is_lit |= E[0][c] != 0.0f || E[1][c] != 0.0f || E[2][c] != 0.0f;
-        light->power[c] = node->area * ((E[0][c] + E[1][c] + E[2][c]) * (1.0f / 3.0f));
+        const float E_0 = E[0][c], E_1 = E[1][c], E_2 = E[2][c];
+        is_lit |= E_0 != 0.0f || E_1 != 0.0f || E_2 != 0.0f;
+        sum.v[c] = third * (E_0 + E_1 + E_2);
         for (i = 0; i < 3; i++)
         {
-            float sum = 0.0f;
-            for (k = 0; k < 3; k++)
-            {
-                sum += E[k][c] * (corners->x[k][i] - node->center[i]);
-            }
-            light->moment[c][i] = node->area * (1.0f / 12.0f) * sum;
+            const float center = node->center[i];
+            sum.v[3 + 3 * c + i] =
+                twelfth * (E_0 * (x[0][i] - center) + E_1 * (x[1][i] - center) + E_2 * (x[2][i] - center));
         }
     }
+    b->lights[index] = sum;
     b->stops[index].is_lit = (uint16_t)is_lit;
 }
 
@@ -2837,30 +2857,33 @@ static void sss_bem__pull_leaf(sss_bem *b, size_t index)
 static void sss_bem__pull_node(sss_bem *b, size_t index)
 {
     const sss_bem__node *node = &b->nodes[index];
-    sss_bem__light *light = &b->lights[index];
+    sss_bem__light sum;
     size_t child;
-    int c, i;
+    int k, is_lit = 0;
     if (node->triangle != UINT32_MAX)
     {
         sss_bem__pull_leaf(b, index);
         return;
     }
-    memset(light, 0, sizeof *light);
-    b->stops[index].is_lit = 0;
+    memset(&sum, 0, sizeof sum);
     for (child = index + 1; child < node->end; child = b->nodes[child].end)
     {
-        const sss_bem__light *part = &b->lights[child];
-        b->stops[index].is_lit = b->stops[index].is_lit || b->stops[child].is_lit;
-        for (c = 0; c < 3; c++)
+        const float *part = b->lights[child].v, *center = b->nodes[child].center;
+        const float x = center[0] - node->center[0], y = center[1] - node->center[1], z = center[2] - node->center[2];
+        is_lit |= b->stops[child].is_lit;
+        for (k = 0; k < 12; k++)
         {
-            light->power[c] += part->power[c];
-            for (i = 0; i < 3; i++)
-            {
-                light->moment[c][i] +=
-                    part->moment[c][i] + part->power[c] * (b->nodes[child].center[i] - node->center[i]);
-            }
+            sum.v[k] += part[k];
+        }
+        for (k = 0; k < 3; k++)
+        {
+            sum.v[3 + 3 * k] += part[k] * x;
+            sum.v[4 + 3 * k] += part[k] * y;
+            sum.v[5 + 3 * k] += part[k] * z;
         }
     }
+    b->lights[index] = sum;
+    b->stops[index].is_lit = (uint16_t)is_lit;
 }
 
 // Applies a function to every node, children before parents.
@@ -2905,6 +2928,11 @@ static void sss_bem__go_up(sss_bem *b, void (*visit)(sss_bem *b, size_t index))
 
 #define SSS_BEM__LONG 4.0 // heights
 
+static float sss_bem__least(float a, float b)
+{
+    return a < b ? a : b;
+}
+
 static void sss_bem__widen(float range[2], float x, int active)
 {
     const int empty = range[0] == 0.0f && range[1] == 0.0f; // no source lies at the height 0
@@ -2919,7 +2947,7 @@ static void sss_bem__choose_rules(sss_bem *b)
     const double tolerance = b->options.tolerance;
     sss_bem__set_rule(tolerance >= 3e-3 ? 4 : tolerance >= 1e-3 ? 8 : 16, &b->model.rule[0]);
     sss_bem__set_rule(16, &b->model.rule[1]);
-    b->model.rough = tolerance >= 5e-3;
+    b->model.rough = tolerance >= 1e-3;
 }
 
 static void sss_bem__set_model(sss_bem *b)
@@ -2930,6 +2958,7 @@ static void sss_bem__set_model(sss_bem *b)
     for (kind = 0; kind < 2; kind++)
     {
         b->model.height_range[kind][0] = b->model.height_range[kind][1] = 0.0f;
+        b->model.least_guard[kind] = HUGE_VALF;
     }
     for (c = 0; c < 3; c++)
     {
@@ -2955,6 +2984,8 @@ static void sss_bem__set_model(sss_bem *b)
             b->model.weight[kind][c] = b->model.z[kind][c] * b->model.scale[c];
             least = active && b->model.z[kind][c] < least ? b->model.z[kind][c] : least;
             sss_bem__widen(b->model.height_range[kind], b->model.height[kind][c], active);
+            b->model.least_guard[kind] =
+                active ? sss_bem__least(b->model.least_guard[kind], (float)guard) : b->model.least_guard[kind];
             b->model.guard2[kind][c] = (float)(guard * guard);
             b->model.guard_G[kind][c] = guard > 0.0 ? (float)sss_bem__G(sigma, guard) : 0.0f;
             b->model.guard_K[kind][c] =
@@ -2979,7 +3010,7 @@ static double sss_bem__widest(double tolerance)
 
 static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
 {
-    const double tolerance = b->options.tolerance, widest = sss_bem__widest(tolerance);
+    const double tolerance = b->ease * b->options.tolerance, widest = sss_bem__widest(tolerance);
     int c;
     for (c = 0; c < 3; c++)
     {
@@ -3002,7 +3033,7 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
 
 // The same of a triangle taken by points: the derivatives of order 6, or 9 with more points.
 #define SSS_BEM__NEAR_REMAINDER 0.0004
-#define SSS_BEM__CLOSE_REMAINDER 0.00002
+#define SSS_BEM__CLOSE_REMAINDER 5e-7
 
 static int sss_bem__points_fit(const sss_bem *b, int rule, int kind, double h, double s)
 {
@@ -3011,11 +3042,12 @@ static int sss_bem__points_fit(const sss_bem *b, int rule, int kind, double h, d
     {
         const double z = (double)b->model.z[kind][c], guard = sqrt((double)b->model.guard2[kind][c]);
         const double sigma = (double)b->model.sigma[c], far_side = sss_bem__max(s, guard);
+        const double near_side = rule == SSS_BEM__NEAR ? far_side : sss_bem__max(s - 0.5 * h, guard);
         const double light = z * exp(-sigma * (far_side - z)) / far_side;
-        const double q = h * (1.0 / far_side + sigma / 3.0), q3 = q * q * q;
+        const double q = near_side > 0.0 ? h * (1.0 / near_side + sigma / 3.0) : HUGE_VAL, q3 = q * q * q;
         const double error = rule == SSS_BEM__NEAR ? SSS_BEM__NEAR_REMAINDER * q3 * q3
-                                                   : SSS_BEM__CLOSE_REMAINDER * q3 * q3 * q3;
-        if (b->model.scale[c] > 0.0f && error * light > b->options.tolerance)
+                                                   : SSS_BEM__CLOSE_REMAINDER * q3 * q3;
+        if (b->model.scale[c] > 0.0f && error * light > b->ease * b->options.tolerance)
         {
             return 0;
         }
@@ -3165,15 +3197,6 @@ static void sss_bem__fill_lanes(const sss_bem *b, size_t row)
     }
 }
 
-// ---- links of a row: the oracle, and near triangles ----
-
-// The spheres that hold a row's real and its virtual sources.
-typedef struct sss_bem__spheres
-{
-    float center[2][3];
-    float radius[2];
-} sss_bem__spheres;
-
 static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes, sss_bem__spheres *out)
 {
     int kind, lane, i;
@@ -3209,16 +3232,19 @@ static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes
     }
 }
 
-// Whether a cluster is far enough from all sources of a row.
-static int sss_bem__row_accepts(const sss_bem__spheres *s, const sss_bem__stop *stop)
+// ---- links of a row: the oracle, and near triangles ----
+
+// Whether a cluster is far enough from all sources of a row, or so near that K is constant on it: within the guard.
+static int sss_bem__row_accepts(const sss_bem__model *m, const sss_bem__spheres *s, const sss_bem__stop *stop)
 {
     int kind;
     for (kind = 0; kind < 2; kind++)
     {
         const float x = stop->center[0] - s->center[kind][0], y = stop->center[1] - s->center[kind][1];
         const float z = stop->center[2] - s->center[kind][2];
-        const float needed = stop->reach[kind] + s->radius[kind];
-        if (stop->reach[kind] > 0.0f && x * x + y * y + z * z < needed * needed)
+        const float needed = stop->reach[kind] + s->radius[kind], d2 = x * x + y * y + z * z;
+        const float inside = m->least_guard[kind] - s->radius[kind] - stop->radius;
+        if (stop->reach[kind] > 0.0f && d2 < needed * needed && !(inside > 0.0f && d2 < inside * inside))
         {
             return 0;
         }
@@ -3226,24 +3252,27 @@ static int sss_bem__row_accepts(const sss_bem__spheres *s, const sss_bem__stop *
     return 1;
 }
 
-// To which receivers of a row a triangle is near: bits. s^2 = r^2 + 2 h p + h^2, h the nearest of the channels'.
-static uint32_t sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node,
-                                    const float reach[2])
+// To which receivers of a row a triangle is too near for each rule: bits. s^2 = r^2 + 2 h p + h^2, h the nearest of the
+// channels'.
+static void sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node,
+                                const float (*reach)[2], uint32_t bits[SSS_BEM__REACH_KINDS])
 {
-    uint32_t bits = 0;
-    int lane, kind;
+    int lane, kind, rule;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        return sss_bem__near_lanes16(&b->model, lanes, node, reach);
+        sss_bem__near_lanes16(&b->model, lanes, node, reach, bits);
+        return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        return sss_bem__near_lanes8(&b->model, lanes, node, reach);
+        sss_bem__near_lanes8(&b->model, lanes, node, reach, bits);
+        return;
     }
 #endif
+    memset(bits, 0, SSS_BEM__REACH_KINDS * sizeof *bits);
     for (lane = 0; lane < SSS_BEM__LANES; lane++)
     {
         const float x = node->center[0] - lanes->x[0][lane], y = node->center[1] - lanes->x[1][lane];
@@ -3253,10 +3282,13 @@ static uint32_t sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lane
         {
             const float *range = b->model.height_range[kind];
             const float h = -p < range[0] ? range[0] : -p > range[1] ? range[1] : -p;
-            bits |= (uint32_t)(r2 + (2.0f * p + h) * h < reach[kind] * reach[kind]) << lane;
+            const float s2 = r2 + (2.0f * p + h) * h;
+            for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
+            {
+                bits[rule] |= (uint32_t)(s2 < reach[rule][kind] * reach[rule][kind]) << lane;
+            }
         }
     }
-    return bits;
 }
 
 // A walk over the tree for one row, depth first, that stops where its buffers are full.
@@ -3270,6 +3302,7 @@ typedef struct sss_bem__walk
     uint32_t since;      // subtrees that did not change after that are kept; 0: none
     uint32_t next;       // node
     uint32_t kept;       // such a subtree, at which the walk stopped and which ends at next; UINT32_MAX: none
+    uint32_t not_before; // subtrees that begin before this node are walked all the same
     size_t counts[SSS_BEM__KINDS];
     sss_bem__link links[SSS_BEM__KINDS][SSS_BEM__BATCH];
 } sss_bem__walk;
@@ -3279,8 +3312,8 @@ static void sss_bem__empty_walk(sss_bem__walk *w)
     memset(w->counts, 0, sizeof w->counts);
 }
 
-static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, int lit_only,
-                                sss_bem__walk *w)
+static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__spheres *spheres,
+                                size_t lane_count, int lit_only, sss_bem__walk *w)
 {
     w->bem = b;
     w->lanes = lanes;
@@ -3288,8 +3321,9 @@ static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, s
     w->lit_only = lit_only;
     w->since = 0;
     w->next = 0;
+    w->not_before = 0;
     sss_bem__empty_walk(w);
-    sss_bem__bound_sources(b, lanes, &w->spheres);
+    w->spheres = *spheres;
 }
 
 static void sss_bem__emit(sss_bem__walk *w, int kind, uint32_t node, uint32_t who)
@@ -3305,32 +3339,32 @@ static void sss_bem__emit_near(sss_bem__walk *w, uint32_t index)
     const sss_bem *b = w->bem;
     const sss_bem__node *node = &b->nodes[index];
     const int edges = node->radius > b->long_radius ? SSS_BEM__LONG_EDGES : SSS_BEM__EDGES;
-    uint32_t near_lanes = sss_bem__near_lanes(b, w->lanes, node, b->stops[index].reach) & w->lane_mask, nearest, lane;
-    float reach[2];
-    if (near_lanes == 0)
+    float reach[SSS_BEM__REACH_KINDS][2];
+    uint32_t near_lanes[SSS_BEM__REACH_KINDS], pairs, lane;
+    int rule, kind;
+    for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
+    {
+        for (kind = 0; kind < 2; kind++)
+        {
+            reach[rule][kind] = sss_bem__node_reach(b, node, rule, kind);
+        }
+    }
+    sss_bem__near_lanes(b, w->lanes, node, (const float (*)[2])reach, near_lanes);
+    if ((near_lanes[SSS_BEM__FAR] & w->lane_mask) == 0)
     {
         sss_bem__emit(w, SSS_BEM__FAR, index, 0xffff);
         return;
     }
-    reach[0] = sss_bem__node_reach(b, node, SSS_BEM__NEAR, 0);
-    reach[1] = sss_bem__node_reach(b, node, SSS_BEM__NEAR, 1);
-    near_lanes &= sss_bem__near_lanes(b, w->lanes, node, reach);
-    if (near_lanes != w->lane_mask)
+    pairs = near_lanes[SSS_BEM__FAR] & near_lanes[SSS_BEM__NEAR] & w->lane_mask;
+    if (pairs != w->lane_mask)
     {
-        sss_bem__emit(w, SSS_BEM__NEAR, index, 0xffff & ~near_lanes);
+        sss_bem__emit(w, SSS_BEM__NEAR, index, 0xffff & ~pairs);
     }
-    if (near_lanes == 0)
+    for (lane = 0; pairs >> lane != 0; lane++)
     {
-        return;
-    }
-    reach[0] = sss_bem__node_reach(b, node, SSS_BEM__CLOSE, 0);
-    reach[1] = sss_bem__node_reach(b, node, SSS_BEM__CLOSE, 1);
-    nearest = sss_bem__near_lanes(b, w->lanes, node, reach);
-    for (lane = 0; near_lanes != 0; lane++, near_lanes >>= 1)
-    {
-        if (near_lanes & 1u)
+        if (pairs >> lane & 1u)
         {
-            sss_bem__emit(w, nearest >> lane & 1u ? edges : SSS_BEM__CLOSE, index, lane);
+            sss_bem__emit(w, near_lanes[SSS_BEM__CLOSE] >> lane & 1u ? edges : SSS_BEM__CLOSE, index, lane);
         }
     }
 }
@@ -3349,7 +3383,7 @@ static int sss_bem__walk_on(sss_bem__walk *w)
            && n[SSS_BEM__LONG_EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH)
     {
         const sss_bem__stop *stop = &stops[i];
-        if (stop->stamp <= w->since)
+        if (w->since > 0 && i >= w->not_before && w->bem->stamps[i] <= w->since)
         {
             w->kept = i;
             w->next = stop->end;
@@ -3359,7 +3393,7 @@ static int sss_bem__walk_on(sss_bem__walk *w)
         {
             i = stop->end;
         }
-        else if (sss_bem__row_accepts(&w->spheres, stop))
+        else if (sss_bem__row_accepts(&w->bem->model, &w->spheres, stop))
         {
             sss_bem__emit(w, SSS_BEM__FAR, i, 0xffff);
             i = stop->end;
@@ -3557,10 +3591,10 @@ static void sss_bem__add_far(const sss_bem *b, const sss_bem__lanes *lanes, cons
                 float along = 0.0f, across = 0.0f;
                 for (i = 0; i < 3; i++)
                 {
-                    along += (center[i] - lanes->x[i][lane]) * from->moment[c][i];
-                    across += lanes->n[i][lane] * from->moment[c][i];
+                    along += (center[i] - lanes->x[i][lane]) * from->v[3 + 3 * c + i];
+                    across += lanes->n[i][lane] * from->v[3 + 3 * c + i];
                 }
-                light[c][lane] += from->power[c] * factors[k][0][c][lane] + along * factors[k][1][c][lane]
+                light[c][lane] += from->v[c] * factors[k][0][c][lane] + along * factors[k][1][c][lane]
                                   + across * factors[k][2][c][lane];
             }
         }
@@ -3666,13 +3700,14 @@ static void sss_bem__gather_pairs(const sss_bem *b, sss_bem__walk *w, int kind, 
     memmove(pairs, pairs + done, w->counts[kind] * sizeof *pairs);
 }
 
-static void sss_bem__gather_row(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, sss_bem__sums *sums)
+static void sss_bem__gather(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__spheres *spheres,
+                            size_t lane_count, sss_bem__sums *sums)
 {
     sss_bem__walk walk;
     sss_bem__factor factors[SSS_BEM__BATCH];
     int more = 1, kind;
     memset(sums, 0, sizeof *sums);
-    sss_bem__start_walk(b, lanes, lane_count, 1, &walk);
+    sss_bem__start_walk(b, lanes, spheres, lane_count, 1, &walk);
     while (more)
     {
         more = sss_bem__walk_on(&walk);
@@ -3688,6 +3723,11 @@ static void sss_bem__gather_row(const sss_bem *b, const sss_bem__lanes *lanes, s
             sss_bem__gather_pairs(b, &walk, kind, !more, sums);
         }
     }
+}
+
+static void sss_bem__gather_row(const sss_bem *b, size_t row, sss_bem__sums *sums)
+{
+    sss_bem__gather(b, &b->lanes[row], &b->spheres[row], b->rows[row].count, sums);
 }
 
 // ---- checks ----
@@ -3906,6 +3946,7 @@ static void sss_bem__lanes_task(void *context, size_t begin, size_t end)
     {
         const sss_bem__lanes before = b->lanes[row];
         sss_bem__fill_lanes(b, row);
+        sss_bem__bound_sources(b, &b->lanes[row], &b->spheres[row]);
         if (memcmp(&before, &b->lanes[row], sizeof before) != 0)
         {
             b->rows[row].moved = b->generation;
@@ -3918,6 +3959,202 @@ static void sss_bem__refit(sss_bem *b)
     sss_bem__parallel(&b->hooks, b->row_count, sss_bem__lanes_task, b);
     sss_bem__go_up(b, sss_bem__refit_node);
     sss_bem__go_up(b, sss_bem__pull_node);
+}
+
+// ---- trial rows: how large the error is ----
+
+typedef struct sss_bem__trial
+{
+    const sss_bem *bem;        // gathers this time
+    size_t count;              // rows
+    float (*light[2])[3][SSS_BEM__LANES]; // [0] as it is, [1] at a tenth of the tolerance: [count]
+    int strict;                // which of the two
+} sss_bem__trial;
+
+static size_t sss_bem__trial_rows(const sss_bem *b, size_t vertices)
+{
+    return sss_bem__at_most((vertices + SSS_BEM__LANES - 1) / SSS_BEM__LANES, b->row_count);
+}
+
+// Shares everything but the distances at which clusters are accepted.   stops  [node_count]
+static void sss_bem__make_strict(const sss_bem *b, sss_bem__stop *stops, sss_bem *strict)
+{
+    *strict = *b;
+    strict->stops = stops;
+    memcpy(stops, b->stops, b->node_count * sizeof *stops);
+    strict->options.tolerance *= 0.1;
+    sss_bem__choose_rules(strict);
+    sss_bem__plan_reach(strict);
+    sss_bem__set_stops(strict);
+}
+
+static size_t sss_bem__trial_row(const sss_bem__trial *t, size_t k)
+{
+    return k * (t->bem->row_count / t->count) + k * (t->bem->row_count % t->count) / t->count;
+}
+
+static void sss_bem__trial_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__trial *t = (const sss_bem__trial *)context;
+    size_t k;
+    for (k = begin; k < end; k++)
+    {
+        sss_bem__sums sums;
+        int lane, c;
+        sss_bem__gather_row(t->bem, sss_bem__trial_row(t, k), &sums);
+        for (c = 0; c < 3; c++)
+        {
+            for (lane = 0; lane < SSS_BEM__LANES; lane++)
+            {
+                t->light[t->strict][k][c][lane] = (float)sss_bem__total(&sums, c, lane);
+            }
+        }
+    }
+}
+
+static void sss_bem__gather_trial(sss_bem__trial *t, const sss_bem *b, int strict)
+{
+    t->bem = b;
+    t->strict = strict;
+    sss_bem__parallel(&b->hooks, t->count, sss_bem__trial_task, t);
+}
+
+// Relative L2 error over the rows.
+static double sss_bem__trial_error(const sss_bem__trial *t)
+{
+    double squares[2] = {0.0, 0.0};
+    size_t k;
+    uint32_t lane;
+    int c;
+    for (k = 0; k < t->count; k++)
+    {
+        for (lane = 0; lane < t->bem->rows[sss_bem__trial_row(t, k)].count; lane++)
+        {
+            for (c = 0; c < 3; c++)
+            {
+                const double a = (double)t->light[0][k][c][lane], b = (double)t->light[1][k][c][lane];
+                squares[0] += (a - b) * (a - b);
+                squares[1] += b * b;
+            }
+        }
+    }
+    return squares[1] > 0.0 ? sqrt(squares[0] / squares[1]) : 0.0;
+}
+
+static int sss_bem__allocate_trial(sss_bem__trial *t, const sss_bem *b, size_t vertices)
+{
+    t->count = sss_bem__trial_rows(b, vertices);
+    t->light[0] = (float (*)[3][SSS_BEM__LANES])sss_bem__allocate(&b->hooks, 2 * t->count, sizeof *t->light[0]);
+    t->light[1] = t->light[0] != NULL ? t->light[0] + t->count : NULL;
+    return t->light[0] != NULL;
+}
+
+// How the errors of a row's clusters add up depends on the mesh and on how far light reaches in it: folds and thin parts,
+// octaves of distance. So they are measured at creation, on rows spread over the mesh, under a light of its own, and what
+// a single cluster may contribute is eased or tightened until the sum comes to SSS_BEM__AIM of the tolerance. Errors jump
+// where triangles begin to count as points: at most a factor of 2 at a step.
+#define SSS_BEM__AIM 0.55
+#define SSS_BEM__LEAST_EASE 0.25
+#define SSS_BEM__MOST_EASE 4.0
+
+enum
+{
+    SSS_BEM__CALIBRATION_VERTICES = 256,
+    SSS_BEM__CALIBRATION_STEPS = 4
+};
+
+// Memory of a calibration; its own light stands in for the caller's.
+typedef struct sss_bem__calibration
+{
+    sss_bem loose, strict;
+    sss_bem__stop *stops[2];
+    sss_bem__trial trial;
+} sss_bem__calibration;
+
+static void sss_bem__end_calibration(const sss_hooks *hooks, sss_bem__calibration *c)
+{
+    if (c != NULL)
+    {
+        sss_bem__release(hooks, c->trial.light[0]);
+        sss_bem__release(hooks, c->stops[0]);
+        sss_bem__release(hooks, c->stops[1]);
+        sss_bem__release(hooks, c->loose.lights);
+        sss_bem__release(hooks, c->loose.corner_E);
+        sss_bem__release(hooks, c);
+    }
+}
+
+static sss_bem__calibration *sss_bem__begin_calibration(const sss_bem *b)
+{
+    sss_bem__calibration *c = (sss_bem__calibration *)sss_bem__allocate(&b->hooks, 1, sizeof *c);
+    if (c == NULL)
+    {
+        return NULL;
+    }
+    memset(c, 0, sizeof *c);
+    c->stops[0] = (sss_bem__stop *)sss_bem__allocate(&b->hooks, b->node_count, sizeof *c->stops[0]);
+    c->stops[1] = (sss_bem__stop *)sss_bem__allocate(&b->hooks, b->node_count, sizeof *c->stops[1]);
+    c->loose.lights = (sss_bem__light *)sss_bem__allocate(&b->hooks, b->node_count, sizeof *c->loose.lights);
+    c->loose.corner_E = (float (*)[3][3])sss_bem__allocate(&b->hooks, b->triangle_count, sizeof *c->loose.corner_E);
+    if (!sss_bem__allocate_trial(&c->trial, b, SSS_BEM__CALIBRATION_VERTICES) || !c->stops[0] || !c->stops[1] || !c->loose.lights || !c->loose.corner_E)
+    {
+        sss_bem__end_calibration(&b->hooks, c);
+        return NULL;
+    }
+    return c;
+}
+
+// Light along the axes, one for each channel, and a little from everywhere.
+static void sss_bem__set_calibration_light(sss_bem *b)
+{
+    size_t t;
+    int k, c;
+    for (t = 0; t < b->triangle_count; t++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            const float *n = b->normal[b->triangle[3 * t + (size_t)k]];
+            for (c = 0; c < 3; c++)
+            {
+                b->corner_E[t][k][c] = 0.05f + (n[c] > 0.0f ? n[c] : 0.0f);
+            }
+        }
+    }
+    sss_bem__go_up(b, sss_bem__pull_node);
+}
+
+static void sss_bem__calibrate(sss_bem *b, sss_bem__calibration *c)
+{
+    sss_bem__light *const lights = c->loose.lights;
+    float (*const corner_E)[3][3] = c->loose.corner_E;
+    const double aim = SSS_BEM__AIM * b->options.tolerance;
+    double ease = 1.0, best = SSS_BEM__LEAST_EASE, error;
+    int step;
+    b->ease = 1.0;
+    sss_bem__plan_reach(b);
+    sss_bem__set_stops(b);
+    c->loose = *b;
+    c->loose.lights = lights;
+    c->loose.corner_E = corner_E;
+    c->loose.stops = c->stops[0];
+    memcpy(c->stops[0], b->stops, b->node_count * sizeof *b->stops);
+    sss_bem__set_calibration_light(&c->loose);
+    sss_bem__make_strict(&c->loose, c->stops[1], &c->strict);
+    sss_bem__gather_trial(&c->trial, &c->strict, 1);
+    for (step = 0; step < SSS_BEM__CALIBRATION_STEPS; step++)
+    {
+        sss_bem__gather_trial(&c->trial, &c->loose, 0);
+        error = sss_bem__trial_error(&c->trial);
+        best = error <= 1.1 * aim && ease > best ? ease : best;
+        ease *= sss_bem__min(2.0, sss_bem__max(0.5, aim / error)); // without an error: 2
+        ease = sss_bem__min(SSS_BEM__MOST_EASE, sss_bem__max(SSS_BEM__LEAST_EASE, ease));
+        c->loose.ease = ease;
+        sss_bem__plan_reach(&c->loose);
+        sss_bem__set_stops(&c->loose);
+    }
+    b->ease = best;
+    sss_bem__plan_reach(b);
+    sss_bem__set_stops(b);
 }
 
 // ---- creation ----
@@ -3933,6 +4170,7 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
     const size_t V = b->vertex_count, T = b->triangle_count, N = b->node_count, R = b->row_count;
     b->nodes = (sss_bem__node *)sss_bem__own(b, N, sizeof *b->nodes);
     b->stops = (sss_bem__stop *)sss_bem__own(b, N, sizeof *b->stops);
+    b->stamps = (uint32_t *)sss_bem__own(b, N, sizeof *b->stamps);
     b->lights = (sss_bem__light *)sss_bem__own(b, N, sizeof *b->lights);
     b->area_vector = (float (*)[3])sss_bem__own(b, N, sizeof *b->area_vector);
     b->box = (float (*)[6])sss_bem__own(b, N, sizeof *b->box);
@@ -3947,14 +4185,16 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
         memset(b->rows, 0, R * sizeof *b->rows); // freeing looks into it, whatever fails next
     }
     b->lanes = (sss_bem__lanes *)sss_bem__own(b, R, sizeof *b->lanes);
+    b->spheres = (sss_bem__spheres *)sss_bem__own(b, R, sizeof *b->spheres);
     b->row_of_vertex = (uint32_t *)sss_bem__own(b, V, sizeof *b->row_of_vertex);
-    if (!b->nodes || !b->stops || !b->lights || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
-        || !b->corners || !b->corner_E || !b->rows || !b->lanes || !b->row_of_vertex)
+    if (!b->nodes || !b->stops || !b->stamps || !b->lights || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
+        || !b->corners || !b->corner_E || !b->rows || !b->lanes || !b->spheres || !b->row_of_vertex)
     {
         return SSS_ERROR_OUT_OF_MEMORY;
     }
     memset(b->nodes, 0, N * sizeof *b->nodes);
     memset(b->stops, 0, N * sizeof *b->stops);
+    memset(b->stamps, 0, N * sizeof *b->stamps);
     memset(b->lights, 0, N * sizeof *b->lights);
     memset(b->lanes, 0, R * sizeof *b->lanes);
     memset(b->corners, 0, T * sizeof *b->corners);
@@ -3988,7 +4228,18 @@ static sss_result sss_bem__fill(sss_bem *b, const sss_mesh *mesh)
     sss_bem__release(&b->hooks, sums);
     if (result == SSS_OK)
     {
+        sss_bem__calibration *calibration = NULL;
         sss_bem__refit(b);
+        if (b->options.oracle == SSS_BEM_ORACLE_CONTRIBUTION)
+        {
+            calibration = sss_bem__begin_calibration(b);
+            if (calibration == NULL)
+            {
+                return SSS_ERROR_OUT_OF_MEMORY;
+            }
+            sss_bem__calibrate(b, calibration);
+        }
+        sss_bem__end_calibration(&b->hooks, calibration);
     }
     return result;
 }
@@ -4025,6 +4276,7 @@ SSS_BEM_API sss_result sss_bem_create(const sss_mesh *mesh, const sss_profile *p
     b->mm_per_unit = mesh->mm_per_unit;
     b->irradiance_scale = 0.0;
     b->predicted_error = -1.0;
+    b->ease = 1.0;
     b->generation = 1;
     b->bytes = sizeof *b;
     b->vertex_count = mesh->vertex_count;
@@ -4071,7 +4323,8 @@ SSS_BEM_API void sss_bem_free(sss_bem *bem)
         const sss_hooks hooks = bem->hooks;
         void *const parts[] = {bem->nodes,  bem->stops,    bem->lights,  bem->area_vector, bem->box,
                                bem->normal, bem->position, bem->corners, bem->corner_E,    bem->triangle,
-                               bem->rows,   bem->lanes,    bem->chunks,  bem->top,         bem->row_of_vertex};
+                               bem->rows,   bem->lanes,    bem->spheres, bem->chunks,      bem->top,
+                               bem->stamps, bem->row_of_vertex};
         size_t i;
         sss_bem_unlink(bem);
         for (i = 0; i < sizeof parts / sizeof parts[0]; i++)
@@ -4152,6 +4405,7 @@ SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions
 
 SSS_BEM_API sss_result sss_bem_set_profile(sss_bem *bem, const sss_profile *profile)
 {
+    sss_bem__calibration *calibration;
     size_t i;
     if (bem == NULL || profile == NULL || !sss_bem__valid_profile(profile))
     {
@@ -4161,15 +4415,24 @@ SSS_BEM_API sss_result sss_bem_set_profile(sss_bem *bem, const sss_profile *prof
     {
         return SSS_ERROR_OVERFLOW;
     }
+    calibration = sss_bem__begin_calibration(bem);
+    if (calibration == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
     bem->generation++;
     bem->profile = *profile;
     sss_bem__set_model(bem);
-    sss_bem__plan_reach(bem);
     for (i = 0; i < bem->node_count; i++)
     {
-        bem->nodes[i].stamp = bem->generation;
+        bem->nodes[i].stamp = bem->stamps[i] = bem->generation;
     }
-    sss_bem__set_stops(bem);
+    for (i = 0; i < bem->row_count; i++)
+    {
+        sss_bem__bound_sources(bem, &bem->lanes[i], &bem->spheres[i]);
+    }
+    sss_bem__calibrate(bem, calibration);
+    sss_bem__end_calibration(&bem->hooks, calibration);
     bem->predicted_error = -1.0;
     return SSS_OK;
 }
@@ -4197,7 +4460,7 @@ static void sss_bem__write_row(const sss_bem *b, size_t row, const sss_bem__sums
 static void sss_bem__shade_row(const sss_bem *b, size_t row, float *radiosity)
 {
     sss_bem__sums sums;
-    sss_bem__gather_row(b, &b->lanes[row], b->rows[row].count, &sums);
+    sss_bem__gather_row(b, row, &sums);
     sss_bem__write_row(b, row, &sums, radiosity);
 }
 
@@ -4446,7 +4709,7 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
 
 static void sss_bem__connect(sss_bem__linking *l, uint32_t receiver, uint32_t emitter, int is_near)
 {
-    const float *power = l->bem->lights[emitter].power;
+    const float *power = l->bem->lights[emitter].v;
     const float area = l->bem->nodes[emitter].area;
     float factor[3] = {0.0f, 0.0f, 0.0f};
     int c;
@@ -4622,7 +4885,7 @@ static void sss_bem__sweep_task(void *context, size_t begin, size_t end)
             for (c = 0; c < 3; c++)
             {
                 s->gathered[link->receiver][c] +=
-                    area > 0.0f ? link->factor[c] * (s->bem->lights[link->emitter].power[c] / area) : 0.0f;
+                    area > 0.0f ? link->factor[c] * (s->bem->lights[link->emitter].v[c] / area) : 0.0f;
             }
         }
     }
@@ -4739,6 +5002,7 @@ static void sss_bem__points_task(void *context, size_t begin, size_t end)
         const size_t first = group * SSS_BEM__LANES, left = p->count - first;
         const size_t count = sss_bem__at_most(left, SSS_BEM__LANES);
         sss_bem__lanes lanes;
+        sss_bem__spheres spheres;
         sss_bem__sums sums;
         for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
@@ -4757,7 +5021,8 @@ static void sss_bem__points_task(void *context, size_t begin, size_t end)
                 lanes.n[i][lane] = unit[i];
             }
         }
-        sss_bem__gather_row(p->bem, &lanes, count, &sums);
+        sss_bem__bound_sources(p->bem, &lanes, &spheres);
+        sss_bem__gather(p->bem, &lanes, &spheres, count, &sums);
         for (lane = 0; (size_t)lane < count; lane++)
         {
             sss_bem__scale_sums(p->bem, &sums, lane, p->radiosity + 3 * (first + (size_t)lane));
@@ -4931,12 +5196,22 @@ static void sss_bem__plan_link(const sss_bem *b, const sss_bem__stored *old, sss
                     is_pair ? 1 : r->count);
 }
 
-// What a row has of the nodes [begin, end), none of which changed, stays.
-static void sss_bem__plan_kept(const sss_bem *b, const sss_bem__stored *old, sss_bem__plan *plan, uint32_t begin,
-                               uint32_t end)
+// What a row has of the nodes [begin, end), none of which changed, stays. 0: it has a link to a cluster above them.
+static int sss_bem__plan_kept(const sss_bem *b, const sss_bem__stored *old, sss_bem__plan *plan, uint32_t begin,
+                              uint32_t end)
 {
     const sss_bem__row *r = &b->rows[plan->row];
+    const sss_bem__link *far_links = old->links[SSS_BEM__FAR];
+    size_t *cursor = &plan->cursor[SSS_BEM__FAR];
     int kind;
+    while (*cursor < r->counts[SSS_BEM__FAR] && far_links[*cursor].node < begin)
+    {
+        ++*cursor;
+    }
+    if (*cursor > 0 && b->nodes[far_links[*cursor - 1].node].end > begin)
+    {
+        return 0;
+    }
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
         size_t i = plan->cursor[kind];
@@ -4951,6 +5226,7 @@ static void sss_bem__plan_kept(const sss_bem *b, const sss_bem__stored *old, sss
         }
         plan->cursor[kind] = i;
     }
+    return 1;
 }
 
 static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
@@ -4967,7 +5243,7 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
     memset(plan->counts, 0, sizeof plan->counts);
     memset(plan->cursor, 0, sizeof plan->cursor);
     memset(&old, 0, sizeof old);
-    sss_bem__start_walk(b, &b->lanes[plan->row], r->count, 0, &walk);
+    sss_bem__start_walk(b, &b->lanes[plan->row], &b->spheres[plan->row], r->count, 0, &walk);
     if (r->data != NULL)
     {
         old = sss_bem__open(r->data, r->counts);
@@ -4983,9 +5259,10 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
                 sss_bem__plan_link(b, &old, plan, kind, walk.links[kind][k]);
             }
         }
-        if (walk.kept != UINT32_MAX)
+        if (walk.kept != UINT32_MAX && !sss_bem__plan_kept(b, &old, plan, walk.kept, walk.next))
         {
-            sss_bem__plan_kept(b, &old, plan, walk.kept, walk.next);
+            walk.not_before = walk.next;
+            walk.next = walk.kept;
         }
         sss_bem__empty_walk(&walk);
     }
@@ -5289,39 +5566,6 @@ SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pendi
 
 // ---- prediction of the error ----
 
-typedef struct sss_bem__trial
-{
-    const sss_bem *bem;    // as it is
-    const sss_bem *strict; // at a tenth of its tolerance
-    size_t count;          // rows
-    double (*sums)[2];     // [count]: squares of the error, of the light
-} sss_bem__trial;
-
-static void sss_bem__trial_task(void *context, size_t begin, size_t end)
-{
-    const sss_bem__trial *t = (const sss_bem__trial *)context;
-    size_t k;
-    for (k = begin; k < end; k++)
-    {
-        const size_t row = k * (t->bem->row_count / t->count) + k * (t->bem->row_count % t->count) / t->count;
-        sss_bem__sums loose, strict;
-        uint32_t lane;
-        int c;
-        sss_bem__gather_row(t->bem, &t->bem->lanes[row], t->bem->rows[row].count, &loose);
-        sss_bem__gather_row(t->strict, &t->bem->lanes[row], t->bem->rows[row].count, &strict);
-        t->sums[k][0] = t->sums[k][1] = 0.0;
-        for (lane = 0; lane < t->bem->rows[row].count; lane++)
-        {
-            for (c = 0; c < 3; c++)
-            {
-                const double a = sss_bem__total(&loose, c, (int)lane), b = sss_bem__total(&strict, c, (int)lane);
-                t->sums[k][0] += (a - b) * (a - b);
-                t->sums[k][1] += b * b;
-            }
-        }
-    }
-}
-
 // Twice what was measured, because a sample may miss the worst; and what floats and the strict run itself may add.
 static double sss_bem__margin(double measured, double tolerance)
 {
@@ -5333,49 +5577,29 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
     sss_bem__trial trial;
     sss_bem *strict;
     sss_bem__stop *stops;
-    double squares[2] = {0.0, 0.0};
-    size_t k;
+    int ready;
     if (bem == NULL || bem->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION)
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
-    trial.count = ((count == 0 ? 1024 : count) + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
-    trial.count = trial.count < bem->row_count ? trial.count : bem->row_count;
-    trial.sums = (double (*)[2])sss_bem__allocate(&bem->hooks, trial.count, sizeof *trial.sums);
     strict = (sss_bem *)sss_bem__allocate(&bem->hooks, 1, sizeof *strict);
     stops = (sss_bem__stop *)sss_bem__allocate(&bem->hooks, bem->node_count, sizeof *stops);
-    if (trial.sums == NULL || strict == NULL || stops == NULL)
+    ready = sss_bem__allocate_trial(&trial, bem, count == 0 ? 1024 : count) && strict != NULL && stops != NULL;
+    if (ready)
     {
-        sss_bem__release(&bem->hooks, trial.sums);
-        sss_bem__release(&bem->hooks, strict);
-        sss_bem__release(&bem->hooks, stops);
-        return SSS_ERROR_OUT_OF_MEMORY;
+        sss_bem__make_strict(bem, stops, strict);
+        sss_bem__gather_trial(&trial, strict, 1);
+        sss_bem__gather_trial(&trial, bem, 0);
+        bem->predicted_error = sss_bem__margin(sss_bem__trial_error(&trial), bem->options.tolerance);
     }
-    *strict = *bem; // shares everything but the distances at which clusters are accepted
-    strict->stops = stops;
-    memcpy(stops, bem->stops, bem->node_count * sizeof *stops);
-    strict->options.tolerance *= 0.1;
-    sss_bem__choose_rules(strict);
-    sss_bem__plan_reach(strict);
-    sss_bem__set_stops(strict);
-    trial.bem = bem;
-    trial.strict = strict;
-    sss_bem__parallel(&bem->hooks, trial.count, sss_bem__trial_task, &trial);
-    for (k = 0; k < trial.count; k++)
-    {
-        squares[0] += trial.sums[k][0];
-        squares[1] += trial.sums[k][1];
-    }
-    sss_bem__release(&bem->hooks, stops);
-    sss_bem__release(&bem->hooks, strict);
-    sss_bem__release(&bem->hooks, trial.sums);
-    bem->predicted_error =
-        sss_bem__margin(squares[1] > 0.0 ? sqrt(squares[0] / squares[1]) : 0.0, bem->options.tolerance);
-    if (error != NULL)
+    if (ready && error != NULL)
     {
         *error = bem->predicted_error;
     }
-    return SSS_OK;
+    sss_bem__release(&bem->hooks, stops);
+    sss_bem__release(&bem->hooks, strict);
+    sss_bem__release(&bem->hooks, trial.light[0]);
+    return ready ? SSS_OK : SSS_ERROR_OUT_OF_MEMORY;
 }
 
 // ---- 4. Looking inside ----
@@ -5439,7 +5663,7 @@ SSS_BEM_API sss_result sss_bem_get_cluster(const sss_bem *bem, size_t index, sss
     {
         out->center[i] = (double)node->center[i] / bem->scale + bem->center[i];
         vector[i] = (double)bem->area_vector[index][i];
-        out->irradiance[i] = area > 0.0 ? (double)bem->lights[index].power[i] / area * bem->irradiance_scale : 0.0;
+        out->irradiance[i] = area > 0.0 ? (double)bem->lights[index].v[i] / area * bem->irradiance_scale : 0.0;
     }
     for (i = 0; i < 3; i++)
     {
@@ -5481,7 +5705,7 @@ SSS_BEM_API sss_result sss_bem_get_links(const sss_bem *bem, size_t vertex, size
         lane++;
     }
     *count = 0;
-    sss_bem__start_walk(bem, &bem->lanes[row], bem->rows[row].count, 0, &walk);
+    sss_bem__start_walk(bem, &bem->lanes[row], &bem->spheres[row], bem->rows[row].count, 0, &walk);
     while (more)
     {
         more = sss_bem__walk_on(&walk);
