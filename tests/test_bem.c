@@ -2442,7 +2442,8 @@ static sss_result whole_way(const scene *s, const sss_bem_options *options, cons
 
 static void every_allocation_may_fail(void)
 {   // Oracle: a ledger under hooks.allocate. Call k gives NULL, for every k: out of memory, nothing leaks, and the same
-    // call then works, with the bits it gives without hooks. Both oracles.
+    // call then works, with the bits it gives without hooks. An update with a budget may do without room for a row that
+    // the budget does not reach: the same bits then, and only rarely. Both oracles.
     scene s;
     if (scene_of_sphere(&s, 2, 5.0) != 0)
         SKIP("out of memory");
@@ -2453,7 +2454,7 @@ static void every_allocation_may_fail(void)
         sss_bem_stats stats;
         ledger l;
         sss_hooks hooks;
-        int k = 0, said_so = 1, clean = 1;
+        int k = 0, said_so = 1, clean = 1, spared = 0;
         memset(&stats, 0, sizeof stats);
         options.oracle = (sss_bem_oracle)oracle;
         test_about(oracle == 0 ? "contribution" : "solid angle");
@@ -2466,9 +2467,13 @@ static void every_allocation_may_fail(void)
             clean &= l.live == 0;
             if (result == SSS_OK && l.calls <= k)
                 break; // no call k any more
-            said_so &= result == SSS_ERROR_OUT_OF_MEMORY;
+            if (result == SSS_OK)
+                ++spared;
+            said_so &= result == SSS_ERROR_OUT_OF_MEMORY ||
+                       (result == SSS_OK && memcmp(s.B, s.other, bytes) == 0);
         }
         CHECK_BETWEEN((double)k, 3.0, 19999.0);
+        CHECK_BELOW((double)spared, 0.2 * (double)k);
         CHECK(said_so && clean);
         CHECK(memcmp(s.B, s.other, bytes) == 0);
         CHECK(l.fractions_fine && l.progress_calls > 0);
