@@ -5500,7 +5500,7 @@ static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
         const sss_bem__entry *entries = plan->entries + plan->begin[kind];
-        const size_t most = kind < SSS_BEM__LINK_KINDS ? SSS_BEM__BATCH : SSS_BEM__LANES;
+        const size_t most = kind < SSS_BEM__LINK_KINDS ? (size_t)SSS_BEM__BATCH : (size_t)SSS_BEM__LANES;
         wait = 0;
         for (k = 0; k < plan->counts[kind]; k++)
         {
