@@ -666,7 +666,8 @@ static void sss_bem__offset(const sss_bem__plane *plane, size_t k, double out[2]
 // What is gathered along the edges of the polygon, or of a piece.
 typedef struct sss_bem__outline
 {
-    double distance2, longest2; // squares of the distance from q and of the longest edge
+    double distance2, farthest2; // squares of the distances of the nearest point and the farthest corner from q
+    double longest2;            // of the longest edge
     double center[2];           // sum of the corners' offsets
     int winding;                // about q
 } sss_bem__outline;
@@ -698,6 +699,7 @@ static void sss_bem__add_outline(const double base[2], const double from[2], con
         o->winding += b[1] > 0.0 ? side > 0.0 : -(side < 0.0);
     }
     o->longest2 = sss_bem__max(o->longest2, length2);
+    o->farthest2 = sss_bem__max(o->farthest2, a[0] * a[0] + a[1] * a[1]);
     o->distance2 = sss_bem__min(o->distance2, sss_bem__edge_distance2(a, e, length2));
     o->center[0] += from[0];
     o->center[1] += from[1];
@@ -730,7 +732,7 @@ typedef struct sss_bem__flat
     const double (*far_rule)[2];
     int far_size;
     double far_ratio;  // a piece is far if it is smaller than this times its distance
-    double far_decay;  // and than this over sigma
+    double far_decay;  // and than this over sigma, or varies in distance by an eighth of that
     int single;        // strips are integrated in float
     double corner[3][2]; // offsets, of a triangle
     double gradient[3][2]; // of its barycentric coordinates
@@ -896,7 +898,7 @@ static void sss_bem__choose_reference(sss_bem__flat *f, const sss_bem__outline *
 #define SSS_BEM__SLIM 16.0
 #define SSS_BEM__DEEPEST 160 // halvings of a slim triangle
 
-// Rules and limits for a tolerance. Edges of what is not slim cancel to a tenth at worst. A Gauss rule of n nodes on a
+// Rules and limits for a tolerance. Edges of what is not slim cancel to an eighth at worst. A Gauss rule of n nodes on a
 // far piece leaves about (2/far_ratio)^(-2n) of it.
 static void sss_bem__choose_rule(sss_bem__flat *f, double tolerance, double slimness)
 {
@@ -906,13 +908,13 @@ static void sss_bem__choose_rule(sss_bem__flat *f, double tolerance, double slim
     f->reach = edges >= 1e-4 ? 18.0 : edges >= 1e-8 ? 28.0 : 45.0;
     f->far_rule = tolerance >= 1e-4 ? sss_bem__gauss4 : sss_bem__gauss8;
     f->far_size = tolerance >= 1e-4 ? 2 : 4;
-    f->far_ratio = tolerance >= 1e-8 ? 1.0 : 0.5;
-    f->far_decay = tolerance >= 1e-8 ? 3.0 : 2.0;
+    f->far_ratio = tolerance >= 1e-8 ? 0.8 : 0.5;
+    f->far_decay = tolerance >= 1e-4 ? 1.5 : 2.0;
     if (f->single)
     {
         f->reach = 18.0;
-        f->far_ratio = 0.6;
-        f->far_decay = 1.5;
+        f->far_ratio = 0.5;
+        f->far_decay = 1.0;
     }
 }
 
@@ -1109,8 +1111,8 @@ static void sss_bem__far_strip_float(const sss_bem__flat *f, const sss_bem__stri
 }
 
 // Widest panel in w and in sigma s, for six Gauss nodes.
-#define SSS_BEM__PANEL_WIDTH 2.5f
-#define SSS_BEM__PANEL_DECAY 4.0f
+#define SSS_BEM__PANEL_WIDTH 2.0f
+#define SSS_BEM__PANEL_DECAY 3.0f
 
 // Gauss-Legendre nodes > 0 and weights of six.
 static const float sss_bem__gauss6[3][2] = {{0.23861919f, 0.46791393f},
@@ -1147,7 +1149,10 @@ static float sss_bem__panels_float(const sss_bem__view_float *v, float p, float 
     const float high = b < 0.0f ? S / (s_b - b) : (s_b + b) / S;
     const float s_low = a * b < 0.0f ? S : s_a < s_b ? s_a : s_b, s_high = s_a < s_b ? s_b : s_a;
     const float range = logf(high / low);
-    const float by_width = range / SSS_BEM__PANEL_WIDTH, by_decay = v->sigma * (s_high - s_low) / SSS_BEM__PANEL_DECAY;
+    // The nearest singularity is where s = 0, pi/2 away in w; not about q also where rho = 0, which may be nearer.
+    const float t_least = a * b < 0.0f ? 0.0f : fabsf(a) < fabsf(b) ? a : b;
+    const float ratio = v->about_q ? 1.0f : sqrtf(p * p + t_least * t_least) / S;
+    const float by_width = range / (SSS_BEM__PANEL_WIDTH * (ratio < 1.0f ? ratio : 1.0f)), by_decay = v->sigma * (s_high - s_low) / SSS_BEM__PANEL_DECAY;
     const int panels = 1 + (int)(by_width > by_decay ? by_width : by_decay);
     const float half = 0.5f * range / (float)panels, stride = expf(2.0f * half);
     float step[3], middle = low * expf(half), sum = 0.0f;
@@ -1246,7 +1251,7 @@ static void sss_bem__add_strip(sss_bem__flat *f, const sss_bem__strip *t, int de
 {
     sss_bem__outline o;
     sss_bem__strip half;
-    double s_near, longest;
+    double s_near, longest, decay;
     sss_bem__start_outline(&o);
     sss_bem__add_outline(f->base, t->x[0][0], t->x[1][0], &o);
     sss_bem__add_outline(f->base, t->x[1][0], t->x[1][1], &o);
@@ -1258,7 +1263,9 @@ static void sss_bem__add_strip(sss_bem__flat *f, const sss_bem__strip *t, int de
     {
         return; // nothing beside the rest of the triangle
     }
-    if (longest <= f->far_ratio * s_near && f->sigma * longest <= f->far_decay)
+    // exp(-sigma s) is as tame as sigma s varies, but less so where it bends: below the source
+    decay = f->sigma * sss_bem__min(longest, 8.0 * (sqrt(o.farthest2 + f->H * f->H) - s_near));
+    if (longest <= f->far_ratio * s_near && decay <= f->far_decay)
     {
         (f->single ? sss_bem__far_strip_float : sss_bem__far_strip)(f, t, sums);
     }
@@ -1275,20 +1282,19 @@ static void sss_bem__add_strip(sss_bem__flat *f, const sss_bem__strip *t, int de
     }
 }
 
-// A strip from a tip to the edge between two other points of a triangle.
-static void sss_bem__add_wedge(sss_bem__flat *f, const double *const x[3], const double *const weight[3], double area2,
-                               int whole, sss_bem__piece_sums *sums)
+// A strip from a tip to the edge between two other points, each with its barycentric coordinates.
+static void sss_bem__add_wedge(sss_bem__flat *f, const double tip[2], const double bottom[2], const double top[2],
+                               const double tip_weight[3], const double bottom_weight[3], const double top_weight[3],
+                               double area2, int whole, sss_bem__piece_sums *sums)
 {
     sss_bem__strip t;
-    int end, side;
-    for (end = 0; end < 2; end++)
+    int side;
+    for (side = 0; side < 2; side++)
     {
-        for (side = 0; side < 2; side++)
-        {
-            const int from = end == 0 ? 0 : 1 + side;
-            memcpy(t.x[end][side], x[from], sizeof t.x[end][side]);
-            memcpy(t.weight[end][side], weight[from], sizeof t.weight[end][side]);
-        }
+        memcpy(t.x[0][side], tip, sizeof t.x[0][side]);
+        memcpy(t.x[1][side], side ? top : bottom, sizeof t.x[1][side]);
+        memcpy(t.weight[0][side], tip_weight, sizeof t.weight[0][side]);
+        memcpy(t.weight[1][side], side ? top_weight : bottom_weight, sizeof t.weight[1][side]);
     }
     t.J[0] = 0.0;
     t.J[1] = area2;
@@ -1317,26 +1323,23 @@ static void sss_bem__add_triangle(const sss_bem__flat *f, const double x[3][2], 
     c = (a + 2) % 3;
     if (length2[a] <= SSS_BEM__SLIM * area2)
     {
-        const double *const corner[3] = {x[0], x[1], x[2]}, *const weight[3] = {unit[0], unit[1], unit[2]};
-        sss_bem__add_wedge(&work, corner, weight, area2, f->plane->count == 3, sums);
+        sss_bem__add_wedge(&work, x[0], x[1], x[2], unit[0], unit[1], unit[2], area2, f->plane->count == 3, sums);
         return;
     }
     share = ((x[c][0] - x[a][0]) * (x[b][0] - x[a][0]) + (x[c][1] - x[a][1]) * (x[b][1] - x[a][1])) / length2[a];
-    share = share < 0.0 ? 0.0 : share > 1.0 ? 1.0 : share;
+    if (share * length2[a] < area2 || (1.0 - share) * length2[a] < area2) // no wide angle: one tip, one short edge
+    {
+        const int tip = share < 0.5 ? b : a;
+        sss_bem__add_wedge(&work, x[tip], x[(tip + 1) % 3], x[(tip + 2) % 3], unit[tip], unit[(tip + 1) % 3],
+                           unit[(tip + 2) % 3], area2, 0, sums);
+        return;
+    }
     split[a] = 1.0 - share;
     split[b] = share;
     foot[0] = x[a][0] + share * (x[b][0] - x[a][0]);
     foot[1] = x[a][1] + share * (x[b][1] - x[a][1]);
-    if (share > 0.0)
-    {
-        const double *const corner[3] = {x[a], foot, x[c]}, *const weight[3] = {unit[a], split, unit[c]};
-        sss_bem__add_wedge(&work, corner, weight, share * area2, 0, sums);
-    }
-    if (share < 1.0)
-    {
-        const double *const corner[3] = {x[b], x[c], foot}, *const weight[3] = {unit[b], unit[c], split};
-        sss_bem__add_wedge(&work, corner, weight, (1.0 - share) * area2, 0, sums);
-    }
+    sss_bem__add_wedge(&work, x[a], foot, x[c], unit[a], split, unit[c], share * area2, 0, sums);
+    sss_bem__add_wedge(&work, x[b], x[c], foot, unit[b], unit[c], split, (1.0 - share) * area2, 0, sums);
 }
 
 static int sss_bem__valid_polygon(const double *corners, size_t count, const double source[3], double z, double sigma)
