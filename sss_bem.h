@@ -1596,22 +1596,27 @@ enum
 {
     SSS_BEM__LANES = 16,  // receivers in a row: those share their links
     SSS_BEM__CLASSES = 256, // of sizes of clusters
-    SSS_BEM__BATCH = 64,  // links, or pairs, whose factors are computed at a time
+    SSS_BEM__BATCH = 32   // links, or pairs, whose factors are computed at a time
 };
 
-// How a pair is computed: by the edges' integrals, or, a little farther away, by the moments of the four quarters.
+// How light reaches receivers. Links are of a whole row: clusters by their moments, triangles that are nearer by points
+// on them. Pairs are of one receiver and a triangle nearer still: by more points, or by the integrals over its edges.
 enum
 {
-    SSS_BEM__EDGES = 0,
+    SSS_BEM__FAR = 0,
+    SSS_BEM__NEAR,
+    SSS_BEM__CLOSE,
+    SSS_BEM__EDGES,
     SSS_BEM__LONG_EDGES, // of a triangle much larger than its distance: more nodes
-    SSS_BEM__QUARTERS,
-    SSS_BEM__PAIR_KINDS
+    SSS_BEM__KINDS,
+    SSS_BEM__LINK_KINDS = SSS_BEM__CLOSE, // those below are links
+    SSS_BEM__REACH_KINDS = SSS_BEM__EDGES // those below have a least distance
 };
 
 #define SSS_BEM__SLIVER 1e4f // longest edge over height, above which a triangle counts as a sliver
 #define SSS_BEM__TINY 1e-18f // of the diagonal: a source on a triangle counts as that far from it
 
-// A cluster as the run time sees it: one cache line. Lengths are fractions of the mesh's diagonal, from its center.
+// A cluster. Lengths are fractions of the mesh's diagonal, from its center.
 typedef struct sss_bem__node
 {
     float center[3];   // centroid of the area
@@ -1623,6 +1628,23 @@ typedef struct sss_bem__node
     uint32_t size;     // class, index into sss_bem.reach
     uint32_t stamp;    // when it last changed
 } sss_bem__node;
+
+// What a walk over the tree reads of it, two to a cache line.
+typedef struct sss_bem__stop
+{
+    float center[3];
+    float reach[2];    // how far from real and virtual sources it counts as its moments
+    uint32_t end;
+    uint16_t is_leaf;  // with an area
+    uint16_t is_lit;
+    float radius;
+} sss_bem__stop;
+
+// A cluster's light.
+typedef struct sss_bem__light
+{
+    float v[12]; // [c]: int E dA, [3 + 3 c + i]: int E (x_i - center_i) dA
+} sss_bem__light;
 
 // Receivers in rows of lanes; unused lanes repeat the last receiver.
 typedef struct sss_bem__lanes
@@ -1644,28 +1666,23 @@ typedef struct sss_bem__model
     float height[2][3];  // how deep below the receiver: z_r, -z_v
     float z[2][3];       // weight of eq. 8
     float guard2[2][3];  // (guard z)^2
+    float least_guard[2]; // the least guard z of the channels that scatter
     float guard_K[2][3]; // (1 + sigma s) exp(-sigma s)/s^3 there, 0 without a guard
     float guard_G[2][3]; // exp(-sigma s)/s there
     float height_range[2][2]; // of the channels that scatter
     float sigma[3];
     float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
     sss_bem__rule rule[2]; // of edges, of long edges
+    int rough;             // the registers' own estimates of 1/sqrt and a short exp are good enough
     float height2[2][3], square[2][3], weight[2][3], decay[3]; // 2 h, h^2, z scale, -sigma/ln 2: for the registers
 } sss_bem__model;
 
-// A link of a row: which cluster, and which of the row's receivers take it as a whole. The others have pairs.
+// A link: which node, and a mask of the row's receivers that take it. A pair: which leaf, and which receiver.
 typedef struct sss_bem__link
 {
     uint32_t node;
-    uint32_t mask;
+    uint32_t who;
 } sss_bem__link;
-
-// A receiver and a triangle too near for moments: three factors for the irradiance at its corners.
-typedef struct sss_bem__pair
-{
-    uint32_t lane;
-    uint32_t node; // the leaf
-} sss_bem__pair;
 
 // A triangle's corners and unit normal.
 typedef struct sss_bem__corners
@@ -1674,9 +1691,10 @@ typedef struct sss_bem__corners
     float normal[3];
 } sss_bem__corners;
 
-// Factors of links: [channel][lane]; of pairs: [corner][channel][pair of the block].
-typedef float sss_bem__link_factor[3][SSS_BEM__LANES];
-typedef float sss_bem__pair_factor[3][3][SSS_BEM__LANES];
+// Factors, [3][channel][lane of the row, or pair of the block]. Of a triangle: for the irradiance at its corners. Of a
+// cluster: k, a, b, so that its light is k int E dA + (a w + b n) . int E (x - center) dA, with w from the receiver to
+// the center and n the receiver's normal.
+typedef float sss_bem__factor[3][3][SSS_BEM__LANES];
 
 // ---- the formulas, in plain C ----
 
@@ -1694,28 +1712,34 @@ static void sss_bem__set_rule(int nodes, sss_bem__rule *out)
     }
 }
 
-// A cluster's area integral of one source, per area, by the moments of its area about the centroid:
-//     mean of K(|x - d|) = K + 1/2 C : grad grad K,   K = (1 + sigma s) exp(-sigma s)/s^3,
-//     grad grad K = -K_1 I + K_2 v v^T,   K_1 = (3 + 3u + u^2) exp(-u)/s^5,   K_2 = (15 + 15u + 6u^2 + u^3) exp(-u)/s^7
-// v = x - d = w + h n from the source to the centroid, u = sigma s. What follows in v^T C v is C's form in w and n.
-static float sss_bem__cluster_source(const sss_bem__model *m, int kind, int c, const float squares[2],
-                                     const float forms[4])
+// One source's share in the light of a cluster, by the moments about its centroid of area and light, to second order:
+//     int E K(|x - d|) dA = k int E dA + (grad K) . int E (x - center) dA,   k = K + 1/2 C : grad grad K
+//     K = (1 + u) exp(-u)/s^3,  grad K = -K_1 v,  grad grad K = -K_1 I + K_2 v v^T,  u = sigma s,  v = x - d = w + h n,
+//     K_1 = (3 + 3u + u^2) exp(-u)/s^5,   K_2 = (15 + 15u + 6u^2 + u^3) exp(-u)/s^7
+// v goes from the source to the centroid; what follows in v^T C v is C's form in w and n. Inside the guard K is constant.
+static void sss_bem__cluster_source(const sss_bem__model *m, int kind, int c, const float squares[2],
+                                    const float forms[4], float sums[3])
 {
     const float h = m->height[kind][c];
     const float s2 = squares[0] + 2.0f * h * squares[1] + h * h;
     const float vCv = forms[0] + 2.0f * h * forms[1] + h * h * forms[2];
     const float limited = s2 > m->guard2[kind][c] ? s2 : m->guard2[kind][c];
-    const float s = sqrtf(limited), u = m->sigma[c] * s;
-    const float over = 1.0f / limited, a = m->z[kind][c] * expf(-u) * over / s;
-    const float second = s2 > m->guard2[kind][c] // inside the guard K is constant
-                             ? 0.5f * over * (over * vCv * (15.0f + u * (15.0f + u * (6.0f + u)))
-                                              - forms[3] * (3.0f + u * (3.0f + u)))
-                             : 0.0f;
-    return a * (1.0f + u + second);
+    const float s = sqrtf(limited), u = m->sigma[c] * s, over = 1.0f / limited;
+    const float a = m->z[kind][c] * m->scale[c] * expf(-u) * over / s;
+    const float slope = s2 > m->guard2[kind][c] ? over * (3.0f + u * (3.0f + u)) : 0.0f;
+    const float bend = s2 > m->guard2[kind][c] ? over * over * (15.0f + u * (15.0f + u * (6.0f + u))) : 0.0f;
+    sums[0] += a * (1.0f + u + 0.5f * (bend * vCv - slope * forms[3]));
+    sums[1] -= a * slope;
+    sums[2] -= a * slope * h;
+}
+
+static float sss_bem__dotf(const float a[3], const float b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                    const sss_bem__node *node, sss_bem__link_factor out)
+                                    const sss_bem__node *node, sss_bem__factor out)
 {
     const float *C = node->moment;
     float w[3], n[3], squares[2], forms[4], Cw[3], Cn[3];
@@ -1731,17 +1755,124 @@ static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lane
         Cw[i] = C[row[i][0]] * w[0] + C[row[i][1]] * w[1] + C[row[i][2]] * w[2];
         Cn[i] = C[row[i][0]] * n[0] + C[row[i][1]] * n[1] + C[row[i][2]] * n[2];
     }
-    squares[0] = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
-    squares[1] = w[0] * n[0] + w[1] * n[1] + w[2] * n[2];
-    forms[0] = w[0] * Cw[0] + w[1] * Cw[1] + w[2] * Cw[2];
-    forms[1] = n[0] * Cw[0] + n[1] * Cw[1] + n[2] * Cw[2];
-    forms[2] = n[0] * Cn[0] + n[1] * Cn[1] + n[2] * Cn[2];
+    squares[0] = sss_bem__dotf(w, w);
+    squares[1] = sss_bem__dotf(w, n);
+    forms[0] = sss_bem__dotf(w, Cw);
+    forms[1] = sss_bem__dotf(n, Cw);
+    forms[2] = sss_bem__dotf(n, Cn);
     forms[3] = C[0] + C[1] + C[2];
     for (c = 0; c < 3; c++)
     {
-        out[c][lane] = m->scale[c] * (sss_bem__cluster_source(m, 0, c, squares, forms)
-                                      + sss_bem__cluster_source(m, 1, c, squares, forms));
+        float sums[3] = {0.0f, 0.0f, 0.0f};
+        sss_bem__cluster_source(m, 0, c, squares, forms, sums);
+        sss_bem__cluster_source(m, 1, c, squares, forms, sums);
+        for (i = 0; i < 3; i++)
+        {
+            out[i][c][lane] = sums[i];
+        }
     }
+}
+
+// The dipole at a point, from a receiver whose squares are w.w and w.n.
+static float sss_bem__point_factor(const sss_bem__model *m, int c, const float squares[2])
+{
+    float sum = 0.0f;
+    int kind;
+    for (kind = 0; kind < 2; kind++)
+    {
+        const float h = m->height[kind][c];
+        const float s2 = squares[0] + 2.0f * h * squares[1] + h * h;
+        const float limited = s2 > m->guard2[kind][c] ? s2 : m->guard2[kind][c];
+        const float s = sqrtf(limited), u = m->sigma[c] * s;
+        sum += m->z[kind][c] * m->scale[c] * (1.0f + u) * expf(-u) / (limited * s);
+    }
+    return sum;
+}
+
+// Rules on a triangle: barycentric coordinates and weights.
+typedef struct sss_bem__points_rule
+{
+    int count;
+    float point[16][4];
+} sss_bem__points_rule;
+
+static const sss_bem__points_rule sss_bem__near_rule = { // Radon, degree 5
+    7,
+    {{1.0f / 3.0f, 1.0f / 3.0f, 1.0f / 3.0f, 0.225f},
+     {0.797426985f, 0.101286507f, 0.101286507f, 0.125939181f},
+     {0.101286507f, 0.797426985f, 0.101286507f, 0.125939181f},
+     {0.101286507f, 0.101286507f, 0.797426985f, 0.125939181f},
+     {0.059715872f, 0.470142064f, 0.470142064f, 0.132394153f},
+     {0.470142064f, 0.059715872f, 0.470142064f, 0.132394153f},
+     {0.470142064f, 0.470142064f, 0.059715872f, 0.132394153f}}};
+
+static const sss_bem__points_rule sss_bem__close_rule = { // Dunavant, degree 8
+    16,
+    {{1.0f / 3.0f, 1.0f / 3.0f, 1.0f / 3.0f, 0.144315608f},
+     {0.081414823f, 0.459292588f, 0.459292588f, 0.095091634f},
+     {0.459292588f, 0.081414823f, 0.459292588f, 0.095091634f},
+     {0.459292588f, 0.459292588f, 0.081414823f, 0.095091634f},
+     {0.658861384f, 0.170569308f, 0.170569308f, 0.103217371f},
+     {0.170569308f, 0.658861384f, 0.170569308f, 0.103217371f},
+     {0.170569308f, 0.170569308f, 0.658861384f, 0.103217371f},
+     {0.898905543f, 0.050547228f, 0.050547228f, 0.032458498f},
+     {0.050547228f, 0.898905543f, 0.050547228f, 0.032458498f},
+     {0.050547228f, 0.050547228f, 0.898905543f, 0.032458498f},
+     {0.008394777f, 0.263112830f, 0.728492393f, 0.027230314f},
+     {0.008394777f, 0.728492393f, 0.263112830f, 0.027230314f},
+     {0.263112830f, 0.008394777f, 0.728492393f, 0.027230314f},
+     {0.263112830f, 0.728492393f, 0.008394777f, 0.027230314f},
+     {0.728492393f, 0.008394777f, 0.263112830f, 0.027230314f},
+     {0.728492393f, 0.263112830f, 0.008394777f, 0.027230314f}}};
+
+// A triangle by points, from its corners as the receiver sees them: factors for the irradiance at the corners.
+static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__points_rule *rule, const float w[3][3],
+                                   const float n[3], float area, sss_bem__factor out, int place)
+{
+    float x[3], squares[2], sums[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
+    int q, i, k, c;
+    for (q = 0; q < rule->count; q++)
+    {
+        const float *at = rule->point[q];
+        for (i = 0; i < 3; i++)
+        {
+            x[i] = at[0] * w[0][i] + at[1] * w[1][i] + at[2] * w[2][i];
+        }
+        squares[0] = sss_bem__dotf(x, x);
+        squares[1] = sss_bem__dotf(x, n);
+        for (c = 0; c < 3; c++)
+        {
+            const float K = at[3] * sss_bem__point_factor(m, c, squares);
+            for (k = 0; k < 3; k++)
+            {
+                sums[k][c] += at[k] * K;
+            }
+        }
+    }
+    for (k = 0; k < 3; k++)
+    {
+        for (c = 0; c < 3; c++)
+        {
+            out[k][c][place] = area * sums[k][c];
+        }
+    }
+}
+
+// A triangle near a row.
+static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
+                                 const sss_bem__corners *corners, float area, sss_bem__factor out)
+{
+    float w[3][3], n[3];
+    int i, k;
+    for (i = 0; i < 3; i++)
+    {
+        n[i] = lanes->n[i][lane];
+        for (k = 0; k < 3; k++)
+        {
+            w[k][i] = corners->x[k][i] - lanes->x[i][lane];
+        }
+    }
+    sss_bem__points_factor(m, &sss_bem__near_rule, (const float (*)[3])w, n, area, out, lane);
 }
 
 // A block of pairs, side by side: corners from the receiver, and the two normals.
@@ -1752,62 +1883,6 @@ typedef struct sss_bem__block
     float normal[3][SSS_BEM__LANES];
     float area[SSS_BEM__LANES];
 } sss_bem__block;
-
-static float sss_bem__dotf(const float a[3], const float b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-// A pair by quarters: similar triangles of half the size, so that each has a quarter of the moments; irradiance counts
-// at their centroids.
-static void sss_bem__quarter_factor(const sss_bem__model *m, const sss_bem__block *b, int place,
-                                    sss_bem__pair_factor out)
-{
-    float d[3][3], w[3], n[3], squares[2], forms[4], K[4][3];
-    const float quarter = 0.25f * b->area[place];
-    int k, i, c, q;
-    for (i = 0; i < 3; i++)
-    {
-        w[i] = (b->w[0][i][place] + b->w[1][i][place] + b->w[2][i][place]) * (1.0f / 3.0f);
-        n[i] = b->n[i][place];
-        for (k = 0; k < 3; k++)
-        {
-            d[k][i] = b->w[k][i][place] - w[i];
-        }
-    }
-    for (q = 0; q < 4; q++)
-    {
-        float x[3];
-        for (i = 0; i < 3; i++)
-        {
-            x[i] = w[i] + (q < 3 ? 0.5f * d[q][i] : 0.0f);
-        }
-        squares[0] = sss_bem__dotf(x, x);
-        squares[1] = sss_bem__dotf(x, n);
-        forms[0] = forms[1] = forms[2] = forms[3] = 0.0f;
-        for (k = 0; k < 3; k++) // the moments of a triangle are 1/12 sum d d^T
-        {
-            const float along = sss_bem__dotf(d[k], x), across = sss_bem__dotf(d[k], n);
-            forms[0] += along * along / 48.0f;
-            forms[1] += along * across / 48.0f;
-            forms[2] += across * across / 48.0f;
-            forms[3] += sss_bem__dotf(d[k], d[k]) / 48.0f;
-        }
-        for (c = 0; c < 3; c++)
-        {
-            K[q][c] = m->scale[c] * quarter * (sss_bem__cluster_source(m, 0, c, squares, forms)
-                                               + sss_bem__cluster_source(m, 1, c, squares, forms));
-        }
-    }
-    for (c = 0; c < 3; c++)
-    {
-        const float shared = (K[0][c] + K[1][c] + K[2][c]) * (1.0f / 6.0f) + K[3][c] * (1.0f / 3.0f);
-        for (k = 0; k < 3; k++) // barycentric coordinates of the centroids: 2/3, 1/6, 1/6 and 1/3
-        {
-            out[k][c][place] = shared + 0.5f * K[k][c];
-        }
-    }
-}
 
 // A triangle's edges as one receiver sees them; positions of the source along the receiver's normal are linear in its
 // height h: distance from the plane H = H_0 + h H_n, and likewise p and t of each edge.
@@ -1950,9 +2025,10 @@ static void sss_bem__triangle_source(const sss_bem__model *m, const sss_bem__rul
 }
 
 // One pair of a block.
-static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__rule *rule, const sss_bem__block *b,
-                                     int place, sss_bem__pair_factor out)
+static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *b, int kind, int place,
+                                 sss_bem__factor out)
 {
+    const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
     sss_bem__view v;
     float w[3][3], n[3], normal[3];
     int k, i, c;
@@ -1964,6 +2040,11 @@ static void sss_bem__triangle_factor(const sss_bem__model *m, const sss_bem__rul
         {
             w[k][i] = b->w[k][i][place];
         }
+    }
+    if (kind == SSS_BEM__CLOSE)
+    {
+        sss_bem__points_factor(m, &sss_bem__close_rule, (const float (*)[3])w, n, b->area[place], out, place);
+        return;
     }
     sss_bem__view_triangle((const float (*)[3])w, n, normal, &v);
     for (c = 0; c < 3; c++)
@@ -2128,6 +2209,24 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         y = sss_bem__fma##N(y, f, sss_bem__set##N(6.93147181e-1f));                                                    \
         return sss_bem__scale##N(sss_bem__fma##N(y, f, sss_bem__set##N(1.0f)), n);                                     \
     }                                                                                                                  \
+    /* With `rough`, what the registers estimate: 6e-5 in 16 lanes; in 8 lanes 4e-4, which does take a Newton step. */ \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__quick_rsqrt##N(sss_bem__v##N a, const int rough)         \
+    {                                                                                                                  \
+        return rough && N == 16 ? sss_bem__rough_rsqrt##N(a) : sss_bem__rsqrt##N(a);                                   \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__quick_exp2##N(sss_bem__v##N x, const int rough)          \
+    {                                                                                                                  \
+        const sss_bem__v##N n = sss_bem__round##N(x), f = x - n;                                                       \
+        sss_bem__v##N y = sss_bem__set##N(9.61812911e-3f); /* the rest: (ln 2/2)^5/5! = 4e-5 */                        \
+        if (!rough)                                                                                                    \
+        {                                                                                                              \
+            return sss_bem__exp2##N(x);                                                                                \
+        }                                                                                                              \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(5.55041087e-2f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(2.40226507e-1f));                                                    \
+        y = sss_bem__fma##N(y, f, sss_bem__set##N(6.93147181e-1f));                                                    \
+        return sss_bem__scale##N(sss_bem__fma##N(y, f, sss_bem__set##N(1.0f)), n);                                     \
+    }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__log##N(sss_bem__v##N a)                                  \
     {                                                                                                                  \
         const sss_bem__v##N one = sss_bem__set##N(1.0f), e = sss_bem__exponent##N(a), x = sss_bem__mantissa##N(a);     \
@@ -2142,10 +2241,11 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         return sss_bem__fma##N(n, sss_bem__set##N(0.693147181f), p * y);                                               \
     }
 
-// Links: N receivers of a row at a time; what sss_bem__cluster_factor says.
+// Links: N receivers of a row at a time; what sss_bem__cluster_factor says. The forms come halved.
 #define SSS_BEM__DEFINE_LINKS(N)                                                                                       \
-    SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__cluster_source##N(                                       \
-        const sss_bem__model *m, int kind, int c, const sss_bem__v##N *squares, const sss_bem__v##N *forms)            \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__cluster_source##N(                                                \
+        const sss_bem__model *m, int kind, int c, const sss_bem__v##N *squares, const sss_bem__v##N *forms,            \
+        sss_bem__v##N *sums, const int rough)                                                                          \
     {                                                                                                                  \
         const sss_bem__v##N h2 = sss_bem__set##N(m->height2[kind][c]), hh = sss_bem__set##N(m->square[kind][c]);       \
         const sss_bem__v##N guard2 = sss_bem__set##N(m->guard2[kind][c]), sigma = sss_bem__set##N(m->sigma[c]);        \
@@ -2153,27 +2253,31 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         const sss_bem__v##N fifteen = sss_bem__set##N(15.0f), zero = sss_bem__set##N(0.0f);                            \
         const sss_bem__v##N s2 = sss_bem__fma##N(h2, squares[1], squares[0] + hh);                                     \
         const sss_bem__v##N vCv = sss_bem__fma##N(h2, forms[1], sss_bem__fma##N(hh, forms[2], forms[0]));              \
-        const sss_bem__v##N limited = sss_bem__max##N(s2, guard2), over_s = sss_bem__rsqrt##N(limited);                \
+        const sss_bem__v##N limited = sss_bem__max##N(s2, guard2), over_s = sss_bem__quick_rsqrt##N(limited, rough);   \
         const sss_bem__v##N s = limited * over_s, over = over_s * over_s, u = sigma * s;                               \
-        const sss_bem__v##N decay = sss_bem__exp2##N(sss_bem__set##N(m->decay[c]) * s) * over_s;                       \
+        const sss_bem__v##N decay = sss_bem__quick_exp2##N(sss_bem__set##N(m->decay[c]) * s, rough) * over_s;          \
         const sss_bem__v##N a = decay * (over * sss_bem__set##N(m->weight[kind][c]));                                  \
-        const sss_bem__v##N k_1 = sss_bem__fma##N(u, u + three, three);                                                \
+        const sss_bem__v##N outside = sss_bem__less##N(guard2, s2, over, zero);                                        \
+        const sss_bem__v##N slope = outside * sss_bem__fma##N(u, u + three, three);                                    \
         const sss_bem__v##N k_2 =                                                                                      \
             sss_bem__fma##N(u, sss_bem__fma##N(u, u + sss_bem__set##N(6.0f), fifteen), fifteen);                       \
-        const sss_bem__v##N second = over * sss_bem__fma##N(over * vCv, k_2, zero - forms[3] * k_1);                   \
-        return a * (one + u + sss_bem__less##N(guard2, s2, second, zero));                                             \
+        const sss_bem__v##N bend = sss_bem__fma##N(outside * (over * vCv), k_2, one + u);                              \
+        const sss_bem__v##N a_slope = a * slope;                                                                       \
+        sums[0] = sss_bem__fma##N(a, bend - forms[3] * slope, sums[0]);                                                \
+        sums[1] = sums[1] - a_slope;                                                                                   \
+        sums[2] = sums[2] - a_slope * sss_bem__set##N(m->height[kind][c]);                                             \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__link_factors##N(                                                           \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__any_far_factors##N(                                               \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
-        size_t count, sss_bem__link_factor *out)                                                                       \
+        size_t count, sss_bem__factor *out, const int rough)                                                           \
     {                                                                                                                  \
-        int lane, c;                                                                                                   \
+        int lane, c, i;                                                                                                \
         for (lane = 0; lane < SSS_BEM__LANES; lane += N)                                                               \
         {                                                                                                              \
             const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + lane), nx = sss_bem__load##N(lanes->n[0] + lane);   \
             const sss_bem__v##N y = sss_bem__load##N(lanes->x[1] + lane), ny = sss_bem__load##N(lanes->n[1] + lane);   \
             const sss_bem__v##N z = sss_bem__load##N(lanes->x[2] + lane), nz = sss_bem__load##N(lanes->n[2] + lane);   \
-            const sss_bem__v##N half = sss_bem__set##N(0.5f);                                                          \
+            const sss_bem__v##N half = sss_bem__set##N(0.5f), zero = sss_bem__set##N(0.0f);                            \
             size_t k;                                                                                                  \
             for (k = 0; k < count; k++)                                                                                \
             {                                                                                                          \
@@ -2199,78 +2303,135 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 forms[3] = half * (xx + yy + zz);                                                                      \
                 for (c = 0; c < 3; c++)                                                                                \
                 {                                                                                                      \
-                    sss_bem__store##N(out[k][c] + lane,                                                                \
-                                      sss_bem__cluster_source##N(m, 0, c, squares, forms)                              \
-                                          + sss_bem__cluster_source##N(m, 1, c, squares, forms));                      \
+                    sss_bem__v##N sums[3];                                                                             \
+                    sums[0] = sums[1] = sums[2] = zero;                                                                \
+                    sss_bem__cluster_source##N(m, 0, c, squares, forms, sums, rough);                                  \
+                    sss_bem__cluster_source##N(m, 1, c, squares, forms, sums, rough);                                  \
+                    for (i = 0; i < 3; i++)                                                                            \
+                    {                                                                                                  \
+                        sss_bem__store##N(out[k][i][c] + lane, sums[i]);                                               \
+                    }                                                                                                  \
                 }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__far_factors##N(                                                            \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
+        size_t count, sss_bem__factor *out)                                                                            \
+    {                                                                                                                  \
+        if (m->rough)                                                                                                  \
+        {                                                                                                              \
+            sss_bem__any_far_factors##N(m, lanes, nodes, links, count, out, 1);                                        \
+        }                                                                                                              \
+        else                                                                                                           \
+        {                                                                                                              \
+            sss_bem__any_far_factors##N(m, lanes, nodes, links, count, out, 0);                                        \
+        }                                                                                                              \
     }
 
-// Pairs by quarters: sss_bem__quarter_factor.
-#define SSS_BEM__DEFINE_QUARTERS(N)                                                                                    \
-    SSS_BEM__TARGET##N static void sss_bem__quarter_factors##N(const sss_bem__model *m, const sss_bem__block *b,       \
-                                                               sss_bem__pair_factor out)                               \
+// Triangles by points: sss_bem__points_factor.
+#define SSS_BEM__DEFINE_POINTS(N)                                                                                      \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__point_factors##N(                                                 \
+        const sss_bem__model *m, const sss_bem__v##N *w, const sss_bem__v##N *n, sss_bem__v##N *K, const int rough)    \
     {                                                                                                                  \
-        const sss_bem__v##N third = sss_bem__set##N(1.0f / 3.0f), half = sss_bem__set##N(0.5f);                        \
-        const sss_bem__v##N zero = sss_bem__set##N(0.0f), part = sss_bem__set##N(1.0f / 96.0f); /* with the half */    \
-        int first, k, i, c, q;                                                                                         \
-        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        const sss_bem__v##N square = sss_bem__dot##N(w, w), along = sss_bem__dot##N(w, n);                             \
+        int c, kind;                                                                                                   \
+        for (c = 0; c < 3; c++)                                                                                        \
         {                                                                                                              \
-            const sss_bem__v##N quarter = sss_bem__set##N(0.25f) * sss_bem__load##N(b->area + first);                  \
-            sss_bem__v##N d[3][3], w[3], n[3], x[3], squares[2], forms[4], K[4][3], across[3], across2 = zero;         \
-            sss_bem__v##N size2 = zero;                                                                                \
+            K[c] = sss_bem__set##N(0.0f);                                                                              \
+            for (kind = 0; kind < 2; kind++)                                                                           \
+            {                                                                                                          \
+                const sss_bem__v##N h2 = sss_bem__set##N(m->height2[kind][c]);                                         \
+                const sss_bem__v##N hh = sss_bem__set##N(m->square[kind][c]);                                          \
+                const sss_bem__v##N s2 = sss_bem__fma##N(h2, along, square + hh);                                      \
+                const sss_bem__v##N limited = sss_bem__max##N(s2, sss_bem__set##N(m->guard2[kind][c]));                \
+                const sss_bem__v##N over_s = sss_bem__quick_rsqrt##N(limited, rough), s = limited * over_s;            \
+                const sss_bem__v##N decay = sss_bem__quick_exp2##N(sss_bem__set##N(m->decay[c]) * s, rough);           \
+                const sss_bem__v##N cube = over_s * over_s * (over_s * sss_bem__set##N(m->weight[kind][c]));           \
+                K[c] = sss_bem__fma##N(decay * cube,                                                                   \
+                                       sss_bem__fma##N(sss_bem__set##N(m->sigma[c]), s, sss_bem__set##N(1.0f)), K[c]); \
+            }                                                                                                          \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__sum_points##N(                                                    \
+        const sss_bem__model *m, const sss_bem__points_rule *rule, sss_bem__v##N (*w)[3], const sss_bem__v##N *n,      \
+        sss_bem__v##N area, int first, sss_bem__factor out, const int rough)                                           \
+    {                                                                                                                  \
+        sss_bem__v##N sums[3][3], x[3], K[3];                                                                          \
+        int q, i, k, c;                                                                                                \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            sums[k][0] = sums[k][1] = sums[k][2] = sss_bem__set##N(0.0f);                                              \
+        }                                                                                                              \
+        for (q = 0; q < rule->count; q++)                                                                              \
+        {                                                                                                              \
+            const float *at = rule->point[q];                                                                          \
+            const sss_bem__v##N a = sss_bem__set##N(at[0]), b = sss_bem__set##N(at[1]), c_3 = sss_bem__set##N(at[2]);  \
+            const sss_bem__v##N weight = sss_bem__set##N(at[3]);                                                       \
             for (i = 0; i < 3; i++)                                                                                    \
             {                                                                                                          \
+                x[i] = sss_bem__fma##N(a, w[0][i], sss_bem__fma##N(b, w[1][i], c_3 * w[2][i]));                        \
+            }                                                                                                          \
+            sss_bem__point_factors##N(m, x, n, K, rough);                                                              \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                const sss_bem__v##N weighted = weight * K[c];                                                          \
+                sums[0][c] = sss_bem__fma##N(a, weighted, sums[0][c]);                                                 \
+                sums[1][c] = sss_bem__fma##N(b, weighted, sums[1][c]);                                                 \
+                sums[2][c] = sss_bem__fma##N(c_3, weighted, sums[2][c]);                                               \
+            }                                                                                                          \
+        }                                                                                                              \
+        for (k = 0; k < 3; k++)                                                                                        \
+        {                                                                                                              \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                sss_bem__store##N(out[k][c] + first, area * sums[k][c]);                                               \
+            }                                                                                                          \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__near_factors##N(                                                           \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__corners *corners, float area,             \
+        sss_bem__factor out)                                                                                           \
+    {                                                                                                                  \
+        const sss_bem__points_rule *rule = &sss_bem__near_rule;                                                        \
+        int first, i, k;                                                                                               \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            sss_bem__v##N n[3], w[3][3];                                                                               \
+            for (i = 0; i < 3; i++)                                                                                    \
+            {                                                                                                          \
+                n[i] = sss_bem__load##N(lanes->n[i] + first);                                                          \
                 for (k = 0; k < 3; k++)                                                                                \
                 {                                                                                                      \
-                    d[k][i] = sss_bem__load##N(b->w[k][i] + first);                                                    \
+                    w[k][i] = sss_bem__set##N(corners->x[k][i]) - sss_bem__load##N(lanes->x[i] + first);               \
                 }                                                                                                      \
-                w[i] = (d[0][i] + d[1][i] + d[2][i]) * third;                                                          \
+            }                                                                                                          \
+            if (m->rough)                                                                                              \
+            {                                                                                                          \
+                sss_bem__sum_points##N(m, rule, w, n, sss_bem__set##N(area), first, out, 1);                           \
+            }                                                                                                          \
+            else                                                                                                       \
+            {                                                                                                          \
+                sss_bem__sum_points##N(m, rule, w, n, sss_bem__set##N(area), first, out, 0);                           \
+            }                                                                                                          \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__close_factors##N(const sss_bem__model *m, const sss_bem__block *b,         \
+                                                             sss_bem__factor out)                                      \
+    {                                                                                                                  \
+        int first, i, k;                                                                                               \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            sss_bem__v##N n[3], w[3][3];                                                                               \
+            for (i = 0; i < 3; i++)                                                                                    \
+            {                                                                                                          \
                 n[i] = sss_bem__load##N(b->n[i] + first);                                                              \
                 for (k = 0; k < 3; k++)                                                                                \
                 {                                                                                                      \
-                    d[k][i] = d[k][i] - w[i];                                                                          \
+                    w[k][i] = sss_bem__load##N(b->w[k][i] + first);                                                    \
                 }                                                                                                      \
             }                                                                                                          \
-            for (k = 0; k < 3; k++)                                                                                    \
-            {                                                                                                          \
-                across[k] = sss_bem__dot##N(d[k], n);                                                                  \
-                across2 = sss_bem__fma##N(across[k], across[k], across2);                                              \
-                size2 = size2 + sss_bem__dot##N(d[k], d[k]);                                                           \
-            }                                                                                                          \
-            forms[2] = across2 * part;                                                                                 \
-            forms[3] = size2 * part;                                                                                   \
-            for (q = 0; q < 4; q++)                                                                                    \
-            {                                                                                                          \
-                for (i = 0; i < 3; i++)                                                                                \
-                {                                                                                                      \
-                    x[i] = q < 3 ? sss_bem__fma##N(half, d[q][i], w[i]) : w[i];                                        \
-                }                                                                                                      \
-                squares[0] = sss_bem__dot##N(x, x);                                                                    \
-                squares[1] = sss_bem__dot##N(x, n);                                                                    \
-                forms[0] = forms[1] = zero;                                                                            \
-                for (k = 0; k < 3; k++)                                                                                \
-                {                                                                                                      \
-                    const sss_bem__v##N along = sss_bem__dot##N(d[k], x);                                              \
-                    forms[0] = sss_bem__fma##N(along * part, along, forms[0]);                                         \
-                    forms[1] = sss_bem__fma##N(along * part, across[k], forms[1]);                                     \
-                }                                                                                                      \
-                for (c = 0; c < 3; c++)                                                                                \
-                {                                                                                                      \
-                    K[q][c] = quarter * (sss_bem__cluster_source##N(m, 0, c, squares, forms)                           \
-                                         + sss_bem__cluster_source##N(m, 1, c, squares, forms));                       \
-                }                                                                                                      \
-            }                                                                                                          \
-            for (c = 0; c < 3; c++)                                                                                    \
-            {                                                                                                          \
-                const sss_bem__v##N corners = (K[0][c] + K[1][c] + K[2][c]) * sss_bem__set##N(1.0f / 6.0f);            \
-                const sss_bem__v##N shared = sss_bem__fma##N(K[3][c], third, corners);                                 \
-                for (k = 0; k < 3; k++)                                                                                \
-                {                                                                                                      \
-                    sss_bem__store##N(out[k][c] + first, sss_bem__fma##N(half, K[k][c], shared));                      \
-                }                                                                                                      \
-            }                                                                                                          \
+            sss_bem__sum_points##N(m, &sss_bem__close_rule, w, n, sss_bem__load##N(b->area + first), first, out, 0);   \
         }                                                                                                              \
     }
 
@@ -2423,8 +2584,8 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             out[k] = out[k] + weight * sss_bem__less##N(zero, v->sliver, flat, linear);                                \
         }                                                                                                              \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__pair_factors##N(const sss_bem__model *m, const sss_bem__rule *rule,        \
-                                                            const sss_bem__block *b, sss_bem__pair_factor out)         \
+    SSS_BEM__TARGET##N static void sss_bem__edge_factors##N(const sss_bem__model *m, const sss_bem__rule *rule,        \
+                                                            const sss_bem__block *b, sss_bem__factor out)         \
     {                                                                                                                  \
         int first, c, k;                                                                                               \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
@@ -2445,13 +2606,14 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }
 
-// Receivers to which a triangle is near, and the sum of a row: sss_bem__near_lanes, sss_bem__add_links.
+// Receivers to which a triangle is near, and the sums of a row: sss_bem__near_lanes, sss_bem__add_far, sss_bem__add_near.
 #define SSS_BEM__DEFINE_ROWS(N)                                                                                        \
-    SSS_BEM__TARGET##N static uint32_t sss_bem__near_lanes##N(const sss_bem__model *m, const sss_bem__lanes *lanes,    \
-                                                              const sss_bem__node *node, const float reach[2])         \
+    SSS_BEM__TARGET##N static void sss_bem__near_lanes##N(                                                             \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *node,                               \
+        const float (*reach)[2], uint32_t *bits)                                                                       \
     {                                                                                                                  \
-        uint32_t bits = 0;                                                                                             \
-        int first, kind;                                                                                               \
+        int first, kind, rule;                                                                                         \
+        bits[0] = bits[1] = bits[2] = 0;                                                                               \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
             const sss_bem__v##N x = sss_bem__set##N(node->center[0]) - sss_bem__load##N(lanes->x[0] + first);          \
@@ -2467,38 +2629,78 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 const sss_bem__v##N high = sss_bem__set##N(m->height_range[kind][1]);                                  \
                 const sss_bem__v##N h = sss_bem__min##N(high, sss_bem__max##N(low, sss_bem__set##N(0.0f) - p));        \
                 const sss_bem__v##N s2 = sss_bem__fma##N(p + p + h, h, r2);                                            \
-                bits |= sss_bem__less_bits##N(s2, sss_bem__set##N(reach[kind] * reach[kind])) << first;                \
+                for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)                                                    \
+                {                                                                                                      \
+                    const sss_bem__v##N square = sss_bem__set##N(reach[rule][kind] * reach[rule][kind]);               \
+                    bits[rule] |= sss_bem__less_bits##N(s2, square) << first;                                          \
+                }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
-        return bits;                                                                                                   \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__add_links##N(const float (*power)[4], const sss_bem__link *links,          \
-                                                         const sss_bem__link_factor *factors, size_t count,            \
-                                                         float (*light)[SSS_BEM__LANES])                               \
+    SSS_BEM__TARGET##N static void sss_bem__add_far##N(                                                                \
+        const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__light *lights,                         \
+        const sss_bem__link *links, const sss_bem__factor *factors, size_t count, float (*light)[SSS_BEM__LANES])      \
     {                                                                                                                  \
-        int first;                                                                                                     \
+        int first, c;                                                                                                  \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
-            sss_bem__v##N red = sss_bem__load##N(light[0] + first), green = sss_bem__load##N(light[1] + first);        \
-            sss_bem__v##N blue = sss_bem__load##N(light[2] + first);                                                   \
+            const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + first), nx = sss_bem__load##N(lanes->n[0] + first); \
+            const sss_bem__v##N y = sss_bem__load##N(lanes->x[1] + first), ny = sss_bem__load##N(lanes->n[1] + first); \
+            const sss_bem__v##N z = sss_bem__load##N(lanes->x[2] + first), nz = sss_bem__load##N(lanes->n[2] + first); \
+            sss_bem__v##N sum[3];                                                                                      \
             size_t k;                                                                                                  \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                sum[c] = sss_bem__load##N(light[c] + first);                                                           \
+            }                                                                                                          \
             for (k = 0; k < count; k++)                                                                                \
             {                                                                                                          \
-                const float *p = power[links[k].node];                                                                 \
-                red = sss_bem__fma##N(sss_bem__set##N(p[0]), sss_bem__load##N(factors[k][0] + first), red);            \
-                green = sss_bem__fma##N(sss_bem__set##N(p[1]), sss_bem__load##N(factors[k][1] + first), green);        \
-                blue = sss_bem__fma##N(sss_bem__set##N(p[2]), sss_bem__load##N(factors[k][2] + first), blue);          \
+                const sss_bem__node *node = nodes + links[k].node;                                                     \
+                const sss_bem__light *from = lights + links[k].node;                                                   \
+                const sss_bem__v##N wx = sss_bem__set##N(node->center[0]) - x;                                         \
+                const sss_bem__v##N wy = sss_bem__set##N(node->center[1]) - y;                                         \
+                const sss_bem__v##N wz = sss_bem__set##N(node->center[2]) - z;                                         \
+                for (c = 0; c < 3; c++)                                                                                \
+                {                                                                                                      \
+                    const sss_bem__v##N mx = sss_bem__set##N(from->v[3 + 3 * c]);                                      \
+                    const sss_bem__v##N my = sss_bem__set##N(from->v[4 + 3 * c]);                                      \
+                    const sss_bem__v##N mz = sss_bem__set##N(from->v[5 + 3 * c]);                                      \
+                    const sss_bem__v##N along = sss_bem__fma##N(wx, mx, sss_bem__fma##N(wy, my, wz * mz));             \
+                    const sss_bem__v##N across = sss_bem__fma##N(nx, mx, sss_bem__fma##N(ny, my, nz * mz));            \
+                    sum[c] = sss_bem__fma##N(sss_bem__set##N(from->v[c]),                                              \
+                                             sss_bem__load##N(factors[k][0][c] + first), sum[c]);                      \
+                    sum[c] = sss_bem__fma##N(along, sss_bem__load##N(factors[k][1][c] + first), sum[c]);               \
+                    sum[c] = sss_bem__fma##N(across, sss_bem__load##N(factors[k][2][c] + first), sum[c]);              \
+                }                                                                                                      \
             }                                                                                                          \
-            sss_bem__store##N(light[0] + first, red);                                                                  \
-            sss_bem__store##N(light[1] + first, green);                                                                \
-            sss_bem__store##N(light[2] + first, blue);                                                                 \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                sss_bem__store##N(light[c] + first, sum[c]);                                                           \
+            }                                                                                                          \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__TARGET##N static void sss_bem__add_near##N(const float (*E)[3], const sss_bem__factor factor,             \
+                                                        float (*light)[SSS_BEM__LANES])                                \
+    {                                                                                                                  \
+        int first, c, k;                                                                                               \
+        for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
+        {                                                                                                              \
+            for (c = 0; c < 3; c++)                                                                                    \
+            {                                                                                                          \
+                sss_bem__v##N sum = sss_bem__load##N(light[c] + first);                                                \
+                for (k = 0; k < 3; k++)                                                                                \
+                {                                                                                                      \
+                    sum = sss_bem__fma##N(sss_bem__set##N(E[k][c]), sss_bem__load##N(factor[k][c] + first), sum);      \
+                }                                                                                                      \
+                sss_bem__store##N(light[c] + first, sum);                                                              \
+            }                                                                                                          \
         }                                                                                                              \
     }
 
 SSS_BEM__DEFINE_FUNCTIONS(8)
 SSS_BEM__DEFINE_ROWS(8)
 SSS_BEM__DEFINE_LINKS(8)
-SSS_BEM__DEFINE_QUARTERS(8)
+SSS_BEM__DEFINE_POINTS(8)
 SSS_BEM__DEFINE_PAIRS(8)
 #endif
 
@@ -2506,7 +2708,7 @@ SSS_BEM__DEFINE_PAIRS(8)
 SSS_BEM__DEFINE_FUNCTIONS(16)
 SSS_BEM__DEFINE_ROWS(16)
 SSS_BEM__DEFINE_LINKS(16)
-SSS_BEM__DEFINE_QUARTERS(16)
+SSS_BEM__DEFINE_POINTS(16)
 SSS_BEM__DEFINE_PAIRS(16)
 #endif
 
@@ -2522,6 +2724,13 @@ typedef struct sss_bem__merge
     uint32_t index;    // among triangles and merged clusters
 } sss_bem__merge;
 
+// The spheres that hold a row's real and its virtual sources.
+typedef struct sss_bem__spheres
+{
+    float center[2][3];
+    float radius[2];
+} sss_bem__spheres;
+
 // Up to 16 vertices that share their links.
 typedef struct sss_bem__row
 {
@@ -2529,9 +2738,9 @@ typedef struct sss_bem__row
     uint32_t vertex[SSS_BEM__LANES];
     uint32_t stamp;       // when its links were last brought up to date; 0: never
     uint32_t moved;       // when one of its vertices last moved
-    size_t link_count, pair_count[SSS_BEM__PAIR_KINDS];
+    size_t counts[SSS_BEM__KINDS];
     size_t capacity;      // bytes behind data
-    unsigned char *data;  // links, their factors, pairs, their factors; NULL: never linked
+    unsigned char *data;  // of each kind: factors, links or pairs; NULL: never linked
 } sss_bem__row;
 
 struct sss_bem
@@ -2544,15 +2753,19 @@ struct sss_bem
     double center[3], scale;   // x' = (x - center) scale, in mesh units: the diagonal becomes 1
     float long_radius;         // triangles larger than this have long edges: several times the least height of a source
     double irradiance_scale;   // E is kept divided by it
-    float reach[2][SSS_BEM__CLASSES]; // how far from real, virtual sources a cluster counts as its moments, by size
+    // How far from [real, virtual] sources a cluster counts as its moments (FAR), a triangle as points, by size.
+    float reach[SSS_BEM__REACH_KINDS][2][SSS_BEM__CLASSES];
     float half_size[SSS_BEM__CLASSES];
     size_t cursor;             // row at which the next update goes on
     size_t vertex_count, triangle_count, node_count, row_count, chunk_count, top_count, depth;
     uint32_t generation;
     int own_normals;           // normals were not given
     double predicted_error;    // negative: not known
+    double ease;               // what a cluster may contribute to the error, over the tolerance: sss_bem__calibrate
     sss_bem__node *nodes;      // [node_count], depth first
-    float (*power)[4];         // [node_count]: int E dA, RGB
+    sss_bem__stop *stops;      // [node_count]
+    uint32_t *stamps;          // [node_count]: when something in its subtree last changed
+    sss_bem__light *lights;    // [node_count]
     float (*area_vector)[3];   // [node_count]
     float (*box)[6];           // [node_count]
     float (*position)[3];      // [V]
@@ -2562,6 +2775,7 @@ struct sss_bem
     float (*corner_E)[3][3];   // [T]: corner, channel
     sss_bem__row *rows;        // [row_count]
     sss_bem__lanes *lanes;     // [row_count]
+    sss_bem__spheres *spheres; // [row_count]
     uint32_t *chunks;          // [chunk_count]: roots of disjoint subtrees that are refitted in parallel
     uint32_t *top;             // [top_count]: the nodes above them
     uint32_t *row_of_vertex;   // [V]
@@ -3090,6 +3304,38 @@ static double sss_bem__planarity(const sss_bem *b, size_t index)
     return area > 0.0 ? sss_bem__min(1.0, sss_bem__length(vector) / area) : 0.0;
 }
 
+// How far a cluster has to be from sources: nothing where any distance will do, else at least outside of it.
+static float sss_bem__node_reach(const sss_bem *b, const sss_bem__node *node, int rule, int kind)
+{
+    const float reach = b->reach[rule][kind][node->size];
+    const float long_by = node->radius - b->half_size[node->size]; // needles stick out of the size of their class
+    const float needed = long_by > 0.0f ? reach + long_by : reach;
+    return reach > 0.0f ? (rule != SSS_BEM__CLOSE && needed < node->radius ? node->radius : needed) : 0.0f;
+}
+
+// What walks read of a node, but for its light.
+static void sss_bem__set_stop(sss_bem *b, size_t index)
+{
+    const sss_bem__node *node = &b->nodes[index];
+    sss_bem__stop *stop = &b->stops[index];
+    memcpy(stop->center, node->center, sizeof stop->center);
+    stop->reach[0] = sss_bem__node_reach(b, node, SSS_BEM__FAR, 0);
+    stop->reach[1] = sss_bem__node_reach(b, node, SSS_BEM__FAR, 1);
+    stop->end = node->end;
+    stop->is_leaf = node->triangle != UINT32_MAX && node->area > 0.0f;
+    stop->radius = node->radius;
+}
+
+static void sss_bem__set_stamp(sss_bem *b, size_t index)
+{
+    size_t child;
+    b->stamps[index] = b->nodes[index].stamp;
+    for (child = index + 1; child < b->nodes[index].end; child = b->nodes[child].end)
+    {
+        b->stamps[index] = b->stamps[child] > b->stamps[index] ? b->stamps[child] : b->stamps[index];
+    }
+}
+
 static void sss_bem__refit_node(sss_bem *b, size_t index)
 {
     sss_bem__node *node = &b->nodes[index], before = *node;
@@ -3109,31 +3355,76 @@ static void sss_bem__refit_node(sss_bem *b, size_t index)
     {
         node->stamp = b->generation;
     }
+    sss_bem__set_stop(b, index);
+    sss_bem__set_stamp(b, index);
 }
 
-// int E dA and its channels, from E at the corners.
+static void sss_bem__set_stops(sss_bem *b)
+{
+    size_t i;
+    for (i = 0; i < b->node_count; i++)
+    {
+        sss_bem__set_stop(b, i);
+    }
+}
+
+// int E dA of a triangle and int E (x - center) dA from E at its corners: int lambda_k (x - center) dA is a twelfth of the
+// area times the way to corner k.
+static void sss_bem__pull_leaf(sss_bem *b, size_t index)
+{
+    const sss_bem__node *node = &b->nodes[index];
+    const float (*E)[3] = (const float (*)[3])b->corner_E[node->triangle];
+    const float (*x)[3] = (const float (*)[3])b->corners[node->triangle].x;
+    const float third = node->area * (1.0f / 3.0f), twelfth = node->area * (1.0f / 12.0f);
+    sss_bem__light sum;
+    int c, i, is_lit = 0;
+    for (c = 0; c < 3; c++)
+    {
+        const float E_0 = E[0][c], E_1 = E[1][c], E_2 = E[2][c];
+        is_lit |= E_0 != 0.0f || E_1 != 0.0f || E_2 != 0.0f;
+        sum.v[c] = third * (E_0 + E_1 + E_2);
+        for (i = 0; i < 3; i++)
+        {
+            const float center = node->center[i];
+            sum.v[3 + 3 * c + i] =
+                twelfth * (E_0 * (x[0][i] - center) + E_1 * (x[1][i] - center) + E_2 * (x[2][i] - center));
+        }
+    }
+    b->lights[index] = sum;
+    b->stops[index].is_lit = (uint16_t)is_lit;
+}
+
+// The same of a cluster from its children: the moments move to its own center.
 static void sss_bem__pull_node(sss_bem *b, size_t index)
 {
     const sss_bem__node *node = &b->nodes[index];
-    float *power = b->power[index];
+    sss_bem__light sum;
     size_t child;
-    int c;
-    for (c = 0; c < 3; c++)
+    int k, is_lit = 0;
+    if (node->triangle != UINT32_MAX)
     {
-        power[c] = 0.0f;
-        if (node->triangle != UINT32_MAX)
+        sss_bem__pull_leaf(b, index);
+        return;
+    }
+    memset(&sum, 0, sizeof sum);
+    for (child = index + 1; child < node->end; child = b->nodes[child].end)
+    {
+        const float *part = b->lights[child].v, *center = b->nodes[child].center;
+        const float x = center[0] - node->center[0], y = center[1] - node->center[1], z = center[2] - node->center[2];
+        is_lit |= b->stops[child].is_lit;
+        for (k = 0; k < 12; k++)
         {
-            const float (*E)[3] = (const float (*)[3])b->corner_E[node->triangle];
-            power[c] = node->area * ((E[0][c] + E[1][c] + E[2][c]) * (1.0f / 3.0f));
+            sum.v[k] += part[k];
+        }
+        for (k = 0; k < 3; k++)
+        {
+            sum.v[3 + 3 * k] += part[k] * x;
+            sum.v[4 + 3 * k] += part[k] * y;
+            sum.v[5 + 3 * k] += part[k] * z;
         }
     }
-    for (child = index + 1; child < node->end && node->triangle == UINT32_MAX; child = b->nodes[child].end)
-    {
-        for (c = 0; c < 3; c++)
-        {
-            power[c] += b->power[child][c];
-        }
-    }
+    b->lights[index] = sum;
+    b->stops[index].is_lit = (uint16_t)is_lit;
 }
 
 // Applies a function to every node, children before parents.
@@ -3178,6 +3469,11 @@ static void sss_bem__go_up(sss_bem *b, void (*visit)(sss_bem *b, size_t index))
 
 #define SSS_BEM__LONG 4.0 // heights
 
+static float sss_bem__least(float a, float b)
+{
+    return a < b ? a : b;
+}
+
 static void sss_bem__widen(float range[2], float x, int active)
 {
     const int empty = range[0] == 0.0f && range[1] == 0.0f; // no source lies at the height 0
@@ -3192,6 +3488,7 @@ static void sss_bem__choose_rules(sss_bem *b)
     const double tolerance = b->options.tolerance;
     sss_bem__set_rule(tolerance >= 3e-3 ? 4 : tolerance >= 1e-3 ? 8 : 16, &b->model.rule[0]);
     sss_bem__set_rule(16, &b->model.rule[1]);
+    b->model.rough = tolerance >= 1e-3;
 }
 
 static void sss_bem__set_model(sss_bem *b)
@@ -3202,6 +3499,7 @@ static void sss_bem__set_model(sss_bem *b)
     for (kind = 0; kind < 2; kind++)
     {
         b->model.height_range[kind][0] = b->model.height_range[kind][1] = 0.0f;
+        b->model.least_guard[kind] = HUGE_VALF;
     }
     for (c = 0; c < 3; c++)
     {
@@ -3227,6 +3525,8 @@ static void sss_bem__set_model(sss_bem *b)
             b->model.weight[kind][c] = b->model.z[kind][c] * b->model.scale[c];
             least = active && b->model.z[kind][c] < least ? b->model.z[kind][c] : least;
             sss_bem__widen(b->model.height_range[kind], b->model.height[kind][c], active);
+            b->model.least_guard[kind] =
+                active ? sss_bem__least(b->model.least_guard[kind], (float)guard) : b->model.least_guard[kind];
             b->model.guard2[kind][c] = (float)(guard * guard);
             b->model.guard_G[kind][c] = guard > 0.0 ? (float)sss_bem__G(sigma, guard) : 0.0f;
             b->model.guard_K[kind][c] =
@@ -3236,27 +3536,22 @@ static void sss_bem__set_model(sss_bem *b)
     b->long_radius = (float)(SSS_BEM__LONG * (double)least);
 }
 
-// The remainder behind the second moments of a cluster of size h at the distance s, over the whole light of the dipole:
-//     SSS_BEM__REMAINDER q^3 (z/s) exp(-sigma s)/sum of exp(-sigma z),   q = h (1/s + sigma/3),   q <= SSS_BEM__WIDEST.
+// The remainder behind the moments of a cluster of size h at the distance s, over the whole light of the dipole:
+//     SSS_BEM__REMAINDER q^3 (z/s) exp(-sigma s)/sum of exp(-sigma z),   q = h (1/s + sigma/3)
 // The third derivatives of K act on what is uneven about a cluster, its shape and its light. (z/s) exp(-sigma s) is the
-// light of a plane from beyond s. One cluster's error may be much more than the tolerance of the sum, because it is a
-// part of the light and because signs alternate: SSS_BEM__BUDGET.
-#define SSS_BEM__REMAINDER 0.05
-
-static double sss_bem__allowance(double tolerance)
-{
-    return tolerance * sss_bem__min(1.0, pow(tolerance / 0.01, 0.3));
-}
+// light of a plane from beyond s. K has an edge at the guard, where one power of q is lost: SSS_BEM__EDGE. Far away,
+// where so little light is left that any cluster would do, q is limited still: sss_bem__widest.
+#define SSS_BEM__REMAINDER 0.015
+#define SSS_BEM__EDGE 1.2
 
 static double sss_bem__widest(double tolerance)
 {
-    return sss_bem__min(4.0, 3.0 * cbrt(tolerance / 0.01));
+    return sss_bem__min(4.0, 4.0 * cbrt(tolerance / 0.01));
 }
 
 static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
 {
-    const double allowance = sss_bem__allowance(b->options.tolerance);
-    const double widest = sss_bem__widest(b->options.tolerance);
+    const double tolerance = b->ease * b->options.tolerance, widest = sss_bem__widest(tolerance);
     int c;
     for (c = 0; c < 3; c++)
     {
@@ -3267,10 +3562,33 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
         const double light = share * exp(-sigma * (far_side - z)) / far_side;
         const double most = near_side > 0.0 ? share * exp(-sigma * (near_side - z)) / near_side : HUGE_VAL;
         const double q = h * (1.0 / far_side + sigma / 3.0);
-        const double order = s < 1.5 * guard ? sss_bem__max(q, 0.4) : q; // K has a bend at the guard
+        const double order = s < guard + 0.25 * h ? sss_bem__max(q, SSS_BEM__EDGE) : q;
         if (b->model.scale[c] > 0.0f
-            && (order * q * q * light * SSS_BEM__REMAINDER > allowance
-                || (q > widest && most > 0.1 * b->options.tolerance)))
+            && (order * q * q * light * SSS_BEM__REMAINDER > tolerance || (q > widest && most > 0.1 * tolerance)))
+        {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+// The same of a triangle taken by points: the derivatives of order 6, or 9 with more points.
+#define SSS_BEM__NEAR_REMAINDER 0.0004
+#define SSS_BEM__CLOSE_REMAINDER 5e-7
+
+static int sss_bem__points_fit(const sss_bem *b, int rule, int kind, double h, double s)
+{
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        const double z = (double)b->model.z[kind][c], guard = sqrt((double)b->model.guard2[kind][c]);
+        const double sigma = (double)b->model.sigma[c], far_side = sss_bem__max(s, guard);
+        const double near_side = rule == SSS_BEM__NEAR ? far_side : sss_bem__max(s - 0.5 * h, guard);
+        const double light = z * exp(-sigma * (far_side - z)) / far_side;
+        const double q = near_side > 0.0 ? h * (1.0 / near_side + sigma / 3.0) : HUGE_VAL, q3 = q * q * q;
+        const double error = rule == SSS_BEM__NEAR ? SSS_BEM__NEAR_REMAINDER * q3 * q3
+                                                   : SSS_BEM__CLOSE_REMAINDER * q3 * q3;
+        if (b->model.scale[c] > 0.0f && error * light > b->ease * b->options.tolerance)
         {
             return 0;
         }
@@ -3282,19 +3600,23 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
 static void sss_bem__plan_reach(sss_bem *b)
 {
     const double least = 1e-12, most = 16.0, step = pow(2.0, 1.0 / 16.0); // diagonals
-    int kind, index;
-    for (kind = 0; kind < 2; kind++)
+    int rule, kind, index;
+    for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
     {
-        double s = least;
-        for (index = 0; index < SSS_BEM__CLASSES; index++)
+        for (kind = 0; kind < 2; kind++)
         {
-            const double h = sss_bem__class_size(index);
-            while (s < most && !sss_bem__fits(b, kind, h, s))
+            double s = least;
+            for (index = 0; index < SSS_BEM__CLASSES; index++)
             {
-                s *= step;
+                const double h = sss_bem__class_size(index);
+                while (s < most && !(rule == SSS_BEM__FAR ? sss_bem__fits(b, kind, h, s)
+                                                          : sss_bem__points_fit(b, rule, kind, h, s)))
+                {
+                    s *= step;
+                }
+                b->reach[rule][kind][index] = s > least ? (float)s : 0.0f;
+                b->half_size[index] = (float)(0.5 * h);
             }
-            b->reach[kind][index] = s > least ? (float)s : 0.0f;
-            b->half_size[index] = (float)(0.5 * h);
         }
     }
 }
@@ -3416,15 +3738,6 @@ static void sss_bem__fill_lanes(const sss_bem *b, size_t row)
     }
 }
 
-// ---- links of a row: the oracle, and near triangles ----
-
-// The spheres that hold a row's real and its virtual sources.
-typedef struct sss_bem__spheres
-{
-    float center[2][3];
-    float radius[2];
-} sss_bem__spheres;
-
 static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes, sss_bem__spheres *out)
 {
     int kind, lane, i;
@@ -3460,36 +3773,19 @@ static void sss_bem__bound_sources(const sss_bem *b, const sss_bem__lanes *lanes
     }
 }
 
-// How far a cluster has to be from sources: nothing where any distance will do, else at least outside of it.
-static float sss_bem__node_reach(const sss_bem *b, const sss_bem__node *node, int kind)
-{
-    const float reach = b->reach[kind][node->size];
-    const float long_by = node->radius - b->half_size[node->size]; // needles stick out of the size of their class
-    const float needed = long_by > 0.0f ? reach + long_by : reach;
-    return reach > 0.0f ? (needed < node->radius ? node->radius : needed) : 0.0f;
-}
+// ---- links of a row: the oracle, and near triangles ----
 
-// The same for the quarters of a triangle, half as large, whose centroids lie within half of its radius. Where the size
-// of a quarter decides, three of the four are farther away, and half of that distance does.
-static float sss_bem__quarter_reach(const sss_bem *b, const sss_bem__node *node, int kind)
-{
-    const uint32_t classes = 8, half = node->size > classes ? node->size - classes : 0; // 4 to a factor of 2 in h^2
-    const float radius = 0.5f * node->radius, reach = b->reach[kind][half], long_by = radius - b->half_size[half];
-    const float needed = long_by > 0.0f ? reach + long_by : reach;
-    return !(reach > 0.0f) ? 0.0f : needed > radius ? needed + radius : 1.5f * radius;
-}
-
-// Whether a cluster is far enough from all sources of a row.
-static int sss_bem__row_accepts(const sss_bem *b, const sss_bem__spheres *s, const sss_bem__node *node)
+// Whether a cluster is far enough from all sources of a row, or so near that K is constant on it: within the guard.
+static int sss_bem__row_accepts(const sss_bem__model *m, const sss_bem__spheres *s, const sss_bem__stop *stop)
 {
     int kind;
     for (kind = 0; kind < 2; kind++)
     {
-        const float reach = sss_bem__node_reach(b, node, kind);
-        const float x = node->center[0] - s->center[kind][0], y = node->center[1] - s->center[kind][1];
-        const float z = node->center[2] - s->center[kind][2];
-        const float needed = reach + s->radius[kind];
-        if (reach > 0.0f && x * x + y * y + z * z < needed * needed)
+        const float x = stop->center[0] - s->center[kind][0], y = stop->center[1] - s->center[kind][1];
+        const float z = stop->center[2] - s->center[kind][2];
+        const float needed = stop->reach[kind] + s->radius[kind], d2 = x * x + y * y + z * z;
+        const float inside = m->least_guard[kind] - s->radius[kind] - stop->radius;
+        if (stop->reach[kind] > 0.0f && d2 < needed * needed && !(inside > 0.0f && d2 < inside * inside))
         {
             return 0;
         }
@@ -3497,24 +3793,27 @@ static int sss_bem__row_accepts(const sss_bem *b, const sss_bem__spheres *s, con
     return 1;
 }
 
-// To which receivers of a row a triangle is near: bits. s^2 = r^2 + 2 h p + h^2, h the nearest of the channels'.
-static uint32_t sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node,
-                                    const float reach[2])
+// To which receivers of a row a triangle is too near for each rule: bits. s^2 = r^2 + 2 h p + h^2, h the nearest of the
+// channels'.
+static void sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node,
+                                const float (*reach)[2], uint32_t bits[SSS_BEM__REACH_KINDS])
 {
-    uint32_t bits = 0;
-    int lane, kind;
+    int lane, kind, rule;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        return sss_bem__near_lanes16(&b->model, lanes, node, reach);
+        sss_bem__near_lanes16(&b->model, lanes, node, reach, bits);
+        return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        return sss_bem__near_lanes8(&b->model, lanes, node, reach);
+        sss_bem__near_lanes8(&b->model, lanes, node, reach, bits);
+        return;
     }
 #endif
+    memset(bits, 0, SSS_BEM__REACH_KINDS * sizeof *bits);
     for (lane = 0; lane < SSS_BEM__LANES; lane++)
     {
         const float x = node->center[0] - lanes->x[0][lane], y = node->center[1] - lanes->x[1][lane];
@@ -3524,10 +3823,13 @@ static uint32_t sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lane
         {
             const float *range = b->model.height_range[kind];
             const float h = -p < range[0] ? range[0] : -p > range[1] ? range[1] : -p;
-            bits |= (uint32_t)(r2 + (2.0f * p + h) * h < reach[kind] * reach[kind]) << lane;
+            const float s2 = r2 + (2.0f * p + h) * h;
+            for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
+            {
+                bits[rule] |= (uint32_t)(s2 < reach[rule][kind] * reach[rule][kind]) << lane;
+            }
         }
     }
-    return bits;
 }
 
 // A walk over the tree for one row, depth first, that stops where its buffers are full.
@@ -3538,83 +3840,108 @@ typedef struct sss_bem__walk
     sss_bem__spheres spheres;
     uint32_t lane_mask;  // lanes in use
     int lit_only;        // clusters without light are left out
+    uint32_t since;      // subtrees that did not change after that are kept; 0: none
     uint32_t next;       // node
-    size_t link_count, pair_count[SSS_BEM__PAIR_KINDS];
-    sss_bem__link links[SSS_BEM__BATCH];
-    sss_bem__pair pairs[SSS_BEM__PAIR_KINDS][SSS_BEM__BATCH];
+    uint32_t kept;       // such a subtree, at which the walk stopped and which ends at next; UINT32_MAX: none
+    uint32_t not_before; // subtrees that begin before this node are walked all the same
+    size_t counts[SSS_BEM__KINDS];
+    sss_bem__link links[SSS_BEM__KINDS][SSS_BEM__BATCH];
 } sss_bem__walk;
 
 static void sss_bem__empty_walk(sss_bem__walk *w)
 {
-    w->link_count = 0;
-    memset(w->pair_count, 0, sizeof w->pair_count);
+    memset(w->counts, 0, sizeof w->counts);
 }
 
-static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, int lit_only,
-                                sss_bem__walk *w)
+static void sss_bem__start_walk(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__spheres *spheres,
+                                size_t lane_count, int lit_only, sss_bem__walk *w)
 {
     w->bem = b;
     w->lanes = lanes;
     w->lane_mask = ((uint32_t)1 << lane_count) - 1;
     w->lit_only = lit_only;
+    w->since = 0;
     w->next = 0;
+    w->not_before = 0;
     sss_bem__empty_walk(w);
-    sss_bem__bound_sources(b, lanes, &w->spheres);
+    w->spheres = *spheres;
 }
 
+static void sss_bem__emit(sss_bem__walk *w, int kind, uint32_t node, uint32_t who)
+{
+    sss_bem__link *link = &w->links[kind][w->counts[kind]++];
+    link->node = node;
+    link->who = who;
+}
+
+// A triangle that some of the row's receivers cannot take by moments: by points, or else as pairs.
 static void sss_bem__emit_near(sss_bem__walk *w, uint32_t index)
 {
-    const sss_bem__node *node = &w->bem->nodes[index];
-    const float whole[2] = {sss_bem__node_reach(w->bem, node, 0), sss_bem__node_reach(w->bem, node, 1)};
-    const float quarter[2] = {sss_bem__quarter_reach(w->bem, node, 0), sss_bem__quarter_reach(w->bem, node, 1)};
-    const int edges = node->radius > w->bem->long_radius ? SSS_BEM__LONG_EDGES : SSS_BEM__EDGES;
-    uint32_t near_lanes = sss_bem__near_lanes(w->bem, w->lanes, node, whole) & w->lane_mask, nearest = 0, lane;
-    if (near_lanes != w->lane_mask)
+    const sss_bem *b = w->bem;
+    const sss_bem__node *node = &b->nodes[index];
+    const int edges = node->radius > b->long_radius ? SSS_BEM__LONG_EDGES : SSS_BEM__EDGES;
+    float reach[SSS_BEM__REACH_KINDS][2];
+    uint32_t near_lanes[SSS_BEM__REACH_KINDS], pairs, lane;
+    int rule, kind;
+    for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
     {
-        w->links[w->link_count].node = index;
-        w->links[w->link_count++].mask = 0xffff & ~near_lanes;
-    }
-    if (near_lanes != 0)
-    {
-        nearest = sss_bem__near_lanes(w->bem, w->lanes, node, quarter);
-    }
-    for (lane = 0; near_lanes != 0; lane++, near_lanes >>= 1)
-    {
-        if (near_lanes & 1u)
+        for (kind = 0; kind < 2; kind++)
         {
-            const int kind = nearest >> lane & 1u ? edges : SSS_BEM__QUARTERS;
-            sss_bem__pair *pair = &w->pairs[kind][w->pair_count[kind]++];
-            pair->lane = lane;
-            pair->node = index;
+            reach[rule][kind] = sss_bem__node_reach(b, node, rule, kind);
+        }
+    }
+    sss_bem__near_lanes(b, w->lanes, node, (const float (*)[2])reach, near_lanes);
+    if ((near_lanes[SSS_BEM__FAR] & w->lane_mask) == 0)
+    {
+        sss_bem__emit(w, SSS_BEM__FAR, index, 0xffff);
+        return;
+    }
+    pairs = near_lanes[SSS_BEM__FAR] & near_lanes[SSS_BEM__NEAR] & w->lane_mask;
+    if (pairs != w->lane_mask)
+    {
+        sss_bem__emit(w, SSS_BEM__NEAR, index, 0xffff & ~pairs);
+    }
+    for (lane = 0; pairs >> lane != 0; lane++)
+    {
+        if (pairs >> lane & 1u)
+        {
+            sss_bem__emit(w, near_lanes[SSS_BEM__CLOSE] >> lane & 1u ? edges : SSS_BEM__CLOSE, index, lane);
         }
     }
 }
 
-// Appends links and pairs until a buffer could overflow (returns 1) or the surface is covered (returns 0).
+// Appends links and pairs until a buffer could overflow or a subtree is kept (returns 1), or the surface is covered (0).
 static int sss_bem__walk_on(sss_bem__walk *w)
 {
-    const sss_bem__node *nodes = w->bem->nodes;
+    const sss_bem__stop *stops = w->bem->stops;
+    const size_t *n = w->counts;
     const uint32_t end = (uint32_t)w->bem->node_count;
     uint32_t i = w->next;
-    while (i < end && w->link_count < SSS_BEM__BATCH
-           && w->pair_count[SSS_BEM__EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH
-           && w->pair_count[SSS_BEM__LONG_EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH
-           && w->pair_count[SSS_BEM__QUARTERS] + SSS_BEM__LANES <= SSS_BEM__BATCH)
+    w->kept = UINT32_MAX;
+    while (i < end && n[SSS_BEM__FAR] < SSS_BEM__BATCH && n[SSS_BEM__NEAR] < SSS_BEM__BATCH
+           && n[SSS_BEM__CLOSE] + SSS_BEM__LANES <= SSS_BEM__BATCH
+           && n[SSS_BEM__EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH
+           && n[SSS_BEM__LONG_EDGES] + SSS_BEM__LANES <= SSS_BEM__BATCH)
     {
-        const float *power = w->bem->power[i];
-        if (w->lit_only && power[0] == 0.0f && power[1] == 0.0f && power[2] == 0.0f)
+        const sss_bem__stop *stop = &stops[i];
+        if (w->since > 0 && i >= w->not_before && w->bem->stamps[i] <= w->since)
         {
-            i = nodes[i].end;
+            w->kept = i;
+            w->next = stop->end;
+            return 1;
         }
-        else if (sss_bem__row_accepts(w->bem, &w->spheres, &nodes[i]))
+        if (w->lit_only && !stop->is_lit)
         {
-            w->links[w->link_count].node = i;
-            w->links[w->link_count++].mask = 0xffff;
-            i = nodes[i].end;
+            i = stop->end;
+        }
+        else if (sss_bem__row_accepts(&w->bem->model, &w->spheres, stop))
+        {
+            sss_bem__emit(w, SSS_BEM__FAR, i, 0xffff);
+            i = stop->end;
         }
         else
         {
-            if (nodes[i].triangle != UINT32_MAX && nodes[i].area > 0.0f)
+            if (stop->is_leaf)
             {
                 sss_bem__emit_near(w, i);
             }
@@ -3627,57 +3954,112 @@ static int sss_bem__walk_on(sss_bem__walk *w)
 
 // ---- factors and sums ----
 
-static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
-                                  size_t count, sss_bem__link_factor *out)
+// Receivers that have pairs instead get nothing from the link.
+static void sss_bem__mask_factors(const sss_bem__link *links, size_t count, sss_bem__factor *out)
 {
     size_t k;
-    int lane, c;
-    switch (b->options.path)
-    {
-#if defined(SSS_BEM__AVX512)
-    case SSS_BEM_PATH_AVX512: sss_bem__link_factors16(&b->model, lanes, b->nodes, links, count, out); break;
-#endif
-#if defined(SSS_BEM__AVX2)
-    case SSS_BEM_PATH_AVX2: sss_bem__link_factors8(&b->model, lanes, b->nodes, links, count, out); break;
-#endif
-    default:
-        for (k = 0; k < count; k++)
-        {
-            for (lane = 0; lane < SSS_BEM__LANES; lane++)
-            {
-                sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node], out[k]);
-            }
-        }
-    }
+    int lane, i, c;
     for (k = 0; k < count; k++)
     {
-        for (lane = 0; lane < SSS_BEM__LANES && links[k].mask != 0xffff; lane++)
+        for (lane = 0; lane < SSS_BEM__LANES && links[k].who != 0xffff; lane++)
         {
-            for (c = 0; c < 3 && !(links[k].mask >> lane & 1u); c++)
+            for (i = 0; i < 3 && !(links[k].who >> lane & 1u); i++)
             {
-                out[k][c][lane] = 0.0f; // this receiver has a pair instead
+                for (c = 0; c < 3; c++)
+                {
+                    out[k][i][c][lane] = 0.0f;
+                }
             }
         }
     }
 }
 
-static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__pair *pairs,
+static void sss_bem__far_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
+                                 size_t count, sss_bem__factor *out)
+{
+    size_t k;
+    int lane;
+#if defined(SSS_BEM__AVX512)
+    if (b->options.path == SSS_BEM_PATH_AVX512)
+    {
+        sss_bem__far_factors16(&b->model, lanes, b->nodes, links, count, out);
+        return;
+    }
+#endif
+#if defined(SSS_BEM__AVX2)
+    if (b->options.path == SSS_BEM_PATH_AVX2)
+    {
+        sss_bem__far_factors8(&b->model, lanes, b->nodes, links, count, out);
+        return;
+    }
+#endif
+    for (k = 0; k < count; k++)
+    {
+        for (lane = 0; lane < SSS_BEM__LANES; lane++)
+        {
+            sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node], out[k]);
+        }
+    }
+}
+
+static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes, uint32_t index, sss_bem__factor out)
+{
+    const sss_bem__node *node = &b->nodes[index];
+    const sss_bem__corners *corners = &b->corners[node->triangle];
+    int lane;
+#if defined(SSS_BEM__AVX512)
+    if (b->options.path == SSS_BEM_PATH_AVX512)
+    {
+        sss_bem__near_factors16(&b->model, lanes, corners, node->area, out);
+        return;
+    }
+#endif
+#if defined(SSS_BEM__AVX2)
+    if (b->options.path == SSS_BEM_PATH_AVX2)
+    {
+        sss_bem__near_factors8(&b->model, lanes, corners, node->area, out);
+        return;
+    }
+#endif
+    for (lane = 0; lane < SSS_BEM__LANES; lane++)
+    {
+        sss_bem__near_factor(&b->model, lanes, lane, corners, node->area, out);
+    }
+}
+
+static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes, int kind, const sss_bem__link *links,
+                                  size_t count, sss_bem__factor *out)
+{
+    size_t k;
+    if (kind == SSS_BEM__FAR)
+    {
+        sss_bem__far_factors(b, lanes, links, count, out);
+        return;
+    }
+    for (k = 0; k < count; k++)
+    {
+        sss_bem__near_factors(b, lanes, links[k].node, out[k]);
+    }
+    sss_bem__mask_factors(links, count, out);
+}
+
+static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *pairs,
                                 size_t count, sss_bem__block *block)
 {
     size_t place;
     int i, k;
     for (place = 0; place < SSS_BEM__LANES; place++)
     {
-        const sss_bem__pair *pair = &pairs[place < count ? place : count - 1];
+        const sss_bem__link *pair = &pairs[place < count ? place : count - 1];
         const sss_bem__node *node = &b->nodes[pair->node];
         const sss_bem__corners *corners = &b->corners[node->triangle];
         for (i = 0; i < 3; i++)
         {
             for (k = 0; k < 3; k++)
             {
-                block->w[k][i][place] = corners->x[k][i] - lanes->x[i][pair->lane];
+                block->w[k][i][place] = corners->x[k][i] - lanes->x[i][pair->who];
             }
-            block->n[i][place] = lanes->n[i][pair->lane];
+            block->n[i][place] = lanes->n[i][pair->who];
             block->normal[i][place] = corners->normal[i];
         }
         block->area[place] = node->area;
@@ -3685,80 +4067,126 @@ static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, c
 }
 
 // Factors of up to a block of pairs of one kind.
-static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__pair *pairs, int kind,
-                                  size_t count, sss_bem__pair_factor out)
+static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *pairs, int kind,
+                                  size_t count, sss_bem__factor out)
 {
     const sss_bem__model *m = &b->model;
-    const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
-    const int quarters = kind == SSS_BEM__QUARTERS;
     sss_bem__block block;
     int place;
     sss_bem__fill_block(b, lanes, pairs, count, &block);
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        quarters ? sss_bem__quarter_factors16(m, &block, out) : sss_bem__pair_factors16(m, rule, &block, out);
+        kind == SSS_BEM__CLOSE ? sss_bem__close_factors16(m, &block, out)
+                               : sss_bem__edge_factors16(m, &m->rule[kind == SSS_BEM__LONG_EDGES], &block, out);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        quarters ? sss_bem__quarter_factors8(m, &block, out) : sss_bem__pair_factors8(m, rule, &block, out);
+        kind == SSS_BEM__CLOSE ? sss_bem__close_factors8(m, &block, out)
+                               : sss_bem__edge_factors8(m, &m->rule[kind == SSS_BEM__LONG_EDGES], &block, out);
         return;
     }
 #endif
     for (place = 0; place < (int)count; place++)
     {
-        quarters ? sss_bem__quarter_factor(m, &block, place, out)
-                 : sss_bem__triangle_factor(m, rule, &block, place, out);
+        sss_bem__pair_factor(m, &block, kind, place, out);
     }
 }
 
-// What a row's receivers gather: clusters and the kinds of pairs apart, so that the order of either never changes.
+// What a row's receivers gather: the kinds of links and pairs apart, so that the order within each never changes.
 typedef struct sss_bem__sums
 {
-    float far_light[3][SSS_BEM__LANES];
-    float near_light[SSS_BEM__PAIR_KINDS][3][SSS_BEM__LANES];
+    float light[SSS_BEM__KINDS][3][SSS_BEM__LANES];
 } sss_bem__sums;
 
-static void sss_bem__add_links(const sss_bem *b, const sss_bem__link *links, const sss_bem__link_factor *factors,
-                               size_t count, sss_bem__sums *sums)
+static void sss_bem__add_far(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
+                             const sss_bem__factor *factors, size_t count, float (*light)[SSS_BEM__LANES])
 {
-    const float (*power_of)[4] = (const float (*)[4])b->power;
     size_t k;
-    int c, lane;
+    int c, i, lane;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__add_links16(power_of, links, factors, count, sums->far_light);
+        sss_bem__add_far16(lanes, b->nodes, b->lights, links, factors, count, light);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__add_links8(power_of, links, factors, count, sums->far_light);
+        sss_bem__add_far8(lanes, b->nodes, b->lights, links, factors, count, light);
+        return;
+    }
+#endif
+    for (k = 0; k < count; k++)
+    {
+        const float *center = b->nodes[links[k].node].center;
+        const sss_bem__light *from = &b->lights[links[k].node];
+        for (c = 0; c < 3; c++)
+        {
+            for (lane = 0; lane < SSS_BEM__LANES; lane++)
+            {
+                float along = 0.0f, across = 0.0f;
+                for (i = 0; i < 3; i++)
+                {
+                    along += (center[i] - lanes->x[i][lane]) * from->v[3 + 3 * c + i];
+                    across += lanes->n[i][lane] * from->v[3 + 3 * c + i];
+                }
+                light[c][lane] += from->v[c] * factors[k][0][c][lane] + along * factors[k][1][c][lane]
+                                  + across * factors[k][2][c][lane];
+            }
+        }
+    }
+}
+
+static void sss_bem__add_near(const sss_bem *b, uint32_t node, const sss_bem__factor factor,
+                              float (*light)[SSS_BEM__LANES])
+{
+    const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[node].triangle];
+    int c, lane;
+#if defined(SSS_BEM__AVX512)
+    if (b->options.path == SSS_BEM_PATH_AVX512)
+    {
+        sss_bem__add_near16(E, factor, light);
+        return;
+    }
+#endif
+#if defined(SSS_BEM__AVX2)
+    if (b->options.path == SSS_BEM_PATH_AVX2)
+    {
+        sss_bem__add_near8(E, factor, light);
         return;
     }
 #endif
     for (c = 0; c < 3; c++)
     {
-        float light[SSS_BEM__LANES]; // a local sum stays in registers
-        memcpy(light, sums->far_light[c], sizeof light);
-        for (k = 0; k < count; k++)
+        for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
-            const float power = power_of[links[k].node][c];
-            for (lane = 0; lane < SSS_BEM__LANES; lane++)
-            {
-                light[lane] += power * factors[k][c][lane];
-            }
+            light[c][lane] +=
+                E[0][c] * factor[0][c][lane] + E[1][c] * factor[1][c][lane] + E[2][c] * factor[2][c][lane];
         }
-        memcpy(sums->far_light[c], light, sizeof light);
     }
 }
 
-static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__pair *pairs, const sss_bem__pair_factor factors,
+static void sss_bem__add_links(const sss_bem *b, const sss_bem__lanes *lanes, int kind, const sss_bem__link *links,
+                               const sss_bem__factor *factors, size_t count, sss_bem__sums *sums)
+{
+    size_t k;
+    if (kind == SSS_BEM__FAR)
+    {
+        sss_bem__add_far(b, lanes, links, factors, count, sums->light[kind]);
+        return;
+    }
+    for (k = 0; k < count; k++)
+    {
+        sss_bem__add_near(b, links[k].node, (const float (*)[3][SSS_BEM__LANES])factors[k], sums->light[kind]);
+    }
+}
+
+static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__link *pairs, const sss_bem__factor factors,
                                size_t count, float (*light)[SSS_BEM__LANES])
 {
     size_t k;
@@ -3768,7 +4196,7 @@ static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__pair *pairs, con
         const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[pairs[k].node].triangle];
         for (c = 0; c < 3; c++)
         {
-            light[c][pairs[k].lane] +=
+            light[c][pairs[k].who] +=
                 E[0][c] * factors[0][c][k] + E[1][c] * factors[1][c][k] + E[2][c] * factors[2][c][k];
         }
     }
@@ -3776,11 +4204,11 @@ static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__pair *pairs, con
 
 static double sss_bem__total(const sss_bem__sums *sums, int c, int lane)
 {
-    double sum = (double)sums->far_light[c][lane];
+    double sum = 0.0;
     int kind;
-    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
-        sum += (double)sums->near_light[kind][c][lane];
+        sum += (double)sums->light[kind][c][lane];
     }
     return sum;
 }
@@ -3799,38 +4227,48 @@ static void sss_bem__scale_sums(const sss_bem *b, const sss_bem__sums *sums, int
 // Gathers the complete blocks of pairs, at the end all; what is left moves to the front.
 static void sss_bem__gather_pairs(const sss_bem *b, sss_bem__walk *w, int kind, int all, sss_bem__sums *sums)
 {
-    sss_bem__pair *pairs = w->pairs[kind];
+    sss_bem__link *pairs = w->links[kind];
     size_t done = 0;
-    while (done + SSS_BEM__LANES <= w->pair_count[kind] || (all && done < w->pair_count[kind]))
+    while (done + SSS_BEM__LANES <= w->counts[kind] || (all && done < w->counts[kind]))
     {
-        const size_t count = sss_bem__at_most(w->pair_count[kind] - done, SSS_BEM__LANES);
-        sss_bem__pair_factor factors;
+        const size_t count = sss_bem__at_most(w->counts[kind] - done, SSS_BEM__LANES);
+        sss_bem__factor factors;
         sss_bem__pair_factors(b, w->lanes, pairs + done, kind, count, factors);
-        sss_bem__add_pairs(b, pairs + done, (const float (*)[3][SSS_BEM__LANES])factors, count, sums->near_light[kind]);
+        sss_bem__add_pairs(b, pairs + done, (const float (*)[3][SSS_BEM__LANES])factors, count, sums->light[kind]);
         done += count;
     }
-    w->pair_count[kind] -= done;
-    memmove(pairs, pairs + done, w->pair_count[kind] * sizeof *pairs);
+    w->counts[kind] -= done;
+    memmove(pairs, pairs + done, w->counts[kind] * sizeof *pairs);
 }
 
-static void sss_bem__gather_row(const sss_bem *b, const sss_bem__lanes *lanes, size_t lane_count, sss_bem__sums *sums)
+static void sss_bem__gather(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__spheres *spheres,
+                            size_t lane_count, sss_bem__sums *sums)
 {
     sss_bem__walk walk;
-    sss_bem__link_factor factors[SSS_BEM__BATCH];
+    sss_bem__factor factors[SSS_BEM__BATCH];
     int more = 1, kind;
     memset(sums, 0, sizeof *sums);
-    sss_bem__start_walk(b, lanes, lane_count, 1, &walk);
+    sss_bem__start_walk(b, lanes, spheres, lane_count, 1, &walk);
     while (more)
     {
         more = sss_bem__walk_on(&walk);
-        sss_bem__link_factors(b, lanes, walk.links, walk.link_count, factors);
-        sss_bem__add_links(b, walk.links, (const sss_bem__link_factor *)factors, walk.link_count, sums);
-        walk.link_count = 0;
-        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+        for (kind = 0; kind < SSS_BEM__LINK_KINDS; kind++)
+        {
+            const size_t count = walk.counts[kind];
+            sss_bem__link_factors(b, lanes, kind, walk.links[kind], count, factors);
+            sss_bem__add_links(b, lanes, kind, walk.links[kind], (const sss_bem__factor *)factors, count, sums);
+            walk.counts[kind] = 0;
+        }
+        for (kind = SSS_BEM__LINK_KINDS; kind < SSS_BEM__KINDS; kind++)
         {
             sss_bem__gather_pairs(b, &walk, kind, !more, sums);
         }
     }
+}
+
+static void sss_bem__gather_row(const sss_bem *b, size_t row, sss_bem__sums *sums)
+{
+    sss_bem__gather(b, &b->lanes[row], &b->spheres[row], b->rows[row].count, sums);
 }
 
 // ---- checks ----
@@ -4049,6 +4487,7 @@ static void sss_bem__lanes_task(void *context, size_t begin, size_t end)
     {
         const sss_bem__lanes before = b->lanes[row];
         sss_bem__fill_lanes(b, row);
+        sss_bem__bound_sources(b, &b->lanes[row], &b->spheres[row]);
         if (memcmp(&before, &b->lanes[row], sizeof before) != 0)
         {
             b->rows[row].moved = b->generation;
@@ -4063,6 +4502,202 @@ static void sss_bem__refit(sss_bem *b)
     sss_bem__go_up(b, sss_bem__pull_node);
 }
 
+// ---- trial rows: how large the error is ----
+
+typedef struct sss_bem__trial
+{
+    const sss_bem *bem;        // gathers this time
+    size_t count;              // rows
+    float (*light[2])[3][SSS_BEM__LANES]; // [0] as it is, [1] at a tenth of the tolerance: [count]
+    int strict;                // which of the two
+} sss_bem__trial;
+
+static size_t sss_bem__trial_rows(const sss_bem *b, size_t vertices)
+{
+    return sss_bem__at_most((vertices + SSS_BEM__LANES - 1) / SSS_BEM__LANES, b->row_count);
+}
+
+// Shares everything but the distances at which clusters are accepted.   stops  [node_count]
+static void sss_bem__make_strict(const sss_bem *b, sss_bem__stop *stops, sss_bem *strict)
+{
+    *strict = *b;
+    strict->stops = stops;
+    memcpy(stops, b->stops, b->node_count * sizeof *stops);
+    strict->options.tolerance *= 0.1;
+    sss_bem__choose_rules(strict);
+    sss_bem__plan_reach(strict);
+    sss_bem__set_stops(strict);
+}
+
+static size_t sss_bem__trial_row(const sss_bem__trial *t, size_t k)
+{
+    return k * (t->bem->row_count / t->count) + k * (t->bem->row_count % t->count) / t->count;
+}
+
+static void sss_bem__trial_task(void *context, size_t begin, size_t end)
+{
+    const sss_bem__trial *t = (const sss_bem__trial *)context;
+    size_t k;
+    for (k = begin; k < end; k++)
+    {
+        sss_bem__sums sums;
+        int lane, c;
+        sss_bem__gather_row(t->bem, sss_bem__trial_row(t, k), &sums);
+        for (c = 0; c < 3; c++)
+        {
+            for (lane = 0; lane < SSS_BEM__LANES; lane++)
+            {
+                t->light[t->strict][k][c][lane] = (float)sss_bem__total(&sums, c, lane);
+            }
+        }
+    }
+}
+
+static void sss_bem__gather_trial(sss_bem__trial *t, const sss_bem *b, int strict)
+{
+    t->bem = b;
+    t->strict = strict;
+    sss_bem__parallel(&b->hooks, t->count, sss_bem__trial_task, t);
+}
+
+// Relative L2 error over the rows.
+static double sss_bem__trial_error(const sss_bem__trial *t)
+{
+    double squares[2] = {0.0, 0.0};
+    size_t k;
+    uint32_t lane;
+    int c;
+    for (k = 0; k < t->count; k++)
+    {
+        for (lane = 0; lane < t->bem->rows[sss_bem__trial_row(t, k)].count; lane++)
+        {
+            for (c = 0; c < 3; c++)
+            {
+                const double a = (double)t->light[0][k][c][lane], b = (double)t->light[1][k][c][lane];
+                squares[0] += (a - b) * (a - b);
+                squares[1] += b * b;
+            }
+        }
+    }
+    return squares[1] > 0.0 ? sqrt(squares[0] / squares[1]) : 0.0;
+}
+
+static int sss_bem__allocate_trial(sss_bem__trial *t, const sss_bem *b, size_t vertices)
+{
+    t->count = sss_bem__trial_rows(b, vertices);
+    t->light[0] = (float (*)[3][SSS_BEM__LANES])sss_bem__allocate(&b->hooks, 2 * t->count, sizeof *t->light[0]);
+    t->light[1] = t->light[0] != NULL ? t->light[0] + t->count : NULL;
+    return t->light[0] != NULL;
+}
+
+// How the errors of a row's clusters add up depends on the mesh and on how far light reaches in it: folds and thin parts,
+// octaves of distance. So they are measured at creation, on rows spread over the mesh, under a light of its own, and what
+// a single cluster may contribute is eased or tightened until the sum comes to SSS_BEM__AIM of the tolerance. Errors jump
+// where triangles begin to count as points: at most a factor of 2 at a step.
+#define SSS_BEM__AIM 0.55
+#define SSS_BEM__LEAST_EASE 0.25
+#define SSS_BEM__MOST_EASE 4.0
+
+enum
+{
+    SSS_BEM__CALIBRATION_VERTICES = 256,
+    SSS_BEM__CALIBRATION_STEPS = 4
+};
+
+// Memory of a calibration; its own light stands in for the caller's.
+typedef struct sss_bem__calibration
+{
+    sss_bem loose, strict;
+    sss_bem__stop *stops[2];
+    sss_bem__trial trial;
+} sss_bem__calibration;
+
+static void sss_bem__end_calibration(const sss_hooks *hooks, sss_bem__calibration *c)
+{
+    if (c != NULL)
+    {
+        sss_bem__release(hooks, c->trial.light[0]);
+        sss_bem__release(hooks, c->stops[0]);
+        sss_bem__release(hooks, c->stops[1]);
+        sss_bem__release(hooks, c->loose.lights);
+        sss_bem__release(hooks, c->loose.corner_E);
+        sss_bem__release(hooks, c);
+    }
+}
+
+static sss_bem__calibration *sss_bem__begin_calibration(const sss_bem *b)
+{
+    sss_bem__calibration *c = (sss_bem__calibration *)sss_bem__allocate(&b->hooks, 1, sizeof *c);
+    if (c == NULL)
+    {
+        return NULL;
+    }
+    memset(c, 0, sizeof *c);
+    c->stops[0] = (sss_bem__stop *)sss_bem__allocate(&b->hooks, b->node_count, sizeof *c->stops[0]);
+    c->stops[1] = (sss_bem__stop *)sss_bem__allocate(&b->hooks, b->node_count, sizeof *c->stops[1]);
+    c->loose.lights = (sss_bem__light *)sss_bem__allocate(&b->hooks, b->node_count, sizeof *c->loose.lights);
+    c->loose.corner_E = (float (*)[3][3])sss_bem__allocate(&b->hooks, b->triangle_count, sizeof *c->loose.corner_E);
+    if (!sss_bem__allocate_trial(&c->trial, b, SSS_BEM__CALIBRATION_VERTICES) || !c->stops[0] || !c->stops[1] || !c->loose.lights || !c->loose.corner_E)
+    {
+        sss_bem__end_calibration(&b->hooks, c);
+        return NULL;
+    }
+    return c;
+}
+
+// Light along the axes, one for each channel, and a little from everywhere.
+static void sss_bem__set_calibration_light(sss_bem *b)
+{
+    size_t t;
+    int k, c;
+    for (t = 0; t < b->triangle_count; t++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            const float *n = b->normal[b->triangle[3 * t + (size_t)k]];
+            for (c = 0; c < 3; c++)
+            {
+                b->corner_E[t][k][c] = 0.05f + (n[c] > 0.0f ? n[c] : 0.0f);
+            }
+        }
+    }
+    sss_bem__go_up(b, sss_bem__pull_node);
+}
+
+static void sss_bem__calibrate(sss_bem *b, sss_bem__calibration *c)
+{
+    sss_bem__light *const lights = c->loose.lights;
+    float (*const corner_E)[3][3] = c->loose.corner_E;
+    const double aim = SSS_BEM__AIM * b->options.tolerance;
+    double ease = 1.0, best = SSS_BEM__LEAST_EASE, error;
+    int step;
+    b->ease = 1.0;
+    sss_bem__plan_reach(b);
+    sss_bem__set_stops(b);
+    c->loose = *b;
+    c->loose.lights = lights;
+    c->loose.corner_E = corner_E;
+    c->loose.stops = c->stops[0];
+    memcpy(c->stops[0], b->stops, b->node_count * sizeof *b->stops);
+    sss_bem__set_calibration_light(&c->loose);
+    sss_bem__make_strict(&c->loose, c->stops[1], &c->strict);
+    sss_bem__gather_trial(&c->trial, &c->strict, 1);
+    for (step = 0; step < SSS_BEM__CALIBRATION_STEPS; step++)
+    {
+        sss_bem__gather_trial(&c->trial, &c->loose, 0);
+        error = sss_bem__trial_error(&c->trial);
+        best = error <= 1.1 * aim && ease > best ? ease : best;
+        ease *= sss_bem__min(2.0, sss_bem__max(0.5, aim / error)); // without an error: 2
+        ease = sss_bem__min(SSS_BEM__MOST_EASE, sss_bem__max(SSS_BEM__LEAST_EASE, ease));
+        c->loose.ease = ease;
+        sss_bem__plan_reach(&c->loose);
+        sss_bem__set_stops(&c->loose);
+    }
+    b->ease = best;
+    sss_bem__plan_reach(b);
+    sss_bem__set_stops(b);
+}
+
 // ---- creation ----
 
 static void *sss_bem__own(sss_bem *b, size_t count, size_t size)
@@ -4075,7 +4710,9 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
 {
     const size_t V = b->vertex_count, T = b->triangle_count, N = b->node_count, R = b->row_count;
     b->nodes = (sss_bem__node *)sss_bem__own(b, N, sizeof *b->nodes);
-    b->power = (float (*)[4])sss_bem__own(b, N, sizeof *b->power);
+    b->stops = (sss_bem__stop *)sss_bem__own(b, N, sizeof *b->stops);
+    b->stamps = (uint32_t *)sss_bem__own(b, N, sizeof *b->stamps);
+    b->lights = (sss_bem__light *)sss_bem__own(b, N, sizeof *b->lights);
     b->area_vector = (float (*)[3])sss_bem__own(b, N, sizeof *b->area_vector);
     b->box = (float (*)[6])sss_bem__own(b, N, sizeof *b->box);
     b->position = (float (*)[3])sss_bem__own(b, V, sizeof *b->position);
@@ -4089,14 +4726,17 @@ static sss_result sss_bem__allocate_all(sss_bem *b)
         memset(b->rows, 0, R * sizeof *b->rows); // freeing looks into it, whatever fails next
     }
     b->lanes = (sss_bem__lanes *)sss_bem__own(b, R, sizeof *b->lanes);
+    b->spheres = (sss_bem__spheres *)sss_bem__own(b, R, sizeof *b->spheres);
     b->row_of_vertex = (uint32_t *)sss_bem__own(b, V, sizeof *b->row_of_vertex);
-    if (!b->nodes || !b->power || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
-        || !b->corners || !b->corner_E || !b->rows || !b->lanes || !b->row_of_vertex)
+    if (!b->nodes || !b->stops || !b->stamps || !b->lights || !b->area_vector || !b->box || !b->position || !b->normal || !b->triangle
+        || !b->corners || !b->corner_E || !b->rows || !b->lanes || !b->spheres || !b->row_of_vertex)
     {
         return SSS_ERROR_OUT_OF_MEMORY;
     }
     memset(b->nodes, 0, N * sizeof *b->nodes);
-    memset(b->power, 0, N * sizeof *b->power);
+    memset(b->stops, 0, N * sizeof *b->stops);
+    memset(b->stamps, 0, N * sizeof *b->stamps);
+    memset(b->lights, 0, N * sizeof *b->lights);
     memset(b->lanes, 0, R * sizeof *b->lanes);
     memset(b->corners, 0, T * sizeof *b->corners);
     memset(b->corner_E, 0, T * sizeof *b->corner_E);
@@ -4129,7 +4769,18 @@ static sss_result sss_bem__fill(sss_bem *b, const sss_mesh *mesh)
     sss_bem__release(&b->hooks, sums);
     if (result == SSS_OK)
     {
+        sss_bem__calibration *calibration = NULL;
         sss_bem__refit(b);
+        if (b->options.oracle == SSS_BEM_ORACLE_CONTRIBUTION)
+        {
+            calibration = sss_bem__begin_calibration(b);
+            if (calibration == NULL)
+            {
+                return SSS_ERROR_OUT_OF_MEMORY;
+            }
+            sss_bem__calibrate(b, calibration);
+        }
+        sss_bem__end_calibration(&b->hooks, calibration);
     }
     return result;
 }
@@ -4166,6 +4817,7 @@ SSS_BEM_API sss_result sss_bem_create(const sss_mesh *mesh, const sss_profile *p
     b->mm_per_unit = mesh->mm_per_unit;
     b->irradiance_scale = 0.0;
     b->predicted_error = -1.0;
+    b->ease = 1.0;
     b->generation = 1;
     b->bytes = sizeof *b;
     b->vertex_count = mesh->vertex_count;
@@ -4199,8 +4851,8 @@ SSS_BEM_API void sss_bem_unlink(sss_bem *bem)
     {
         sss_bem__release(&bem->hooks, bem->rows[row].data);
         bem->rows[row].data = NULL;
-        bem->rows[row].capacity = bem->rows[row].link_count = 0;
-        memset(bem->rows[row].pair_count, 0, sizeof bem->rows[row].pair_count);
+        bem->rows[row].capacity = 0;
+        memset(bem->rows[row].counts, 0, sizeof bem->rows[row].counts);
         bem->rows[row].stamp = 0;
     }
 }
@@ -4210,9 +4862,10 @@ SSS_BEM_API void sss_bem_free(sss_bem *bem)
     if (bem != NULL)
     {
         const sss_hooks hooks = bem->hooks;
-        void *const parts[] = {bem->nodes,    bem->power,    bem->area_vector, bem->box,  bem->position,
-                               bem->normal,   bem->triangle, bem->corners,     bem->rows, bem->corner_E,
-                               bem->lanes,    bem->chunks,   bem->top,         bem->row_of_vertex};
+        void *const parts[] = {bem->nodes,  bem->stops,    bem->lights,  bem->area_vector, bem->box,
+                               bem->normal, bem->position, bem->corners, bem->corner_E,    bem->triangle,
+                               bem->rows,   bem->lanes,    bem->spheres, bem->chunks,      bem->top,
+                               bem->stamps, bem->row_of_vertex};
         size_t i;
         sss_bem_unlink(bem);
         for (i = 0; i < sizeof parts / sizeof parts[0]; i++)
@@ -4293,6 +4946,7 @@ SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions
 
 SSS_BEM_API sss_result sss_bem_set_profile(sss_bem *bem, const sss_profile *profile)
 {
+    sss_bem__calibration *calibration;
     size_t i;
     if (bem == NULL || profile == NULL || !sss_bem__valid_profile(profile))
     {
@@ -4302,14 +4956,24 @@ SSS_BEM_API sss_result sss_bem_set_profile(sss_bem *bem, const sss_profile *prof
     {
         return SSS_ERROR_OVERFLOW;
     }
+    calibration = sss_bem__begin_calibration(bem);
+    if (calibration == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
     bem->generation++;
     bem->profile = *profile;
     sss_bem__set_model(bem);
-    sss_bem__plan_reach(bem);
     for (i = 0; i < bem->node_count; i++)
     {
-        bem->nodes[i].stamp = bem->generation;
+        bem->nodes[i].stamp = bem->stamps[i] = bem->generation;
     }
+    for (i = 0; i < bem->row_count; i++)
+    {
+        sss_bem__bound_sources(bem, &bem->lanes[i], &bem->spheres[i]);
+    }
+    sss_bem__calibrate(bem, calibration);
+    sss_bem__end_calibration(&bem->hooks, calibration);
     bem->predicted_error = -1.0;
     return SSS_OK;
 }
@@ -4337,7 +5001,7 @@ static void sss_bem__write_row(const sss_bem *b, size_t row, const sss_bem__sums
 static void sss_bem__shade_row(const sss_bem *b, size_t row, float *radiosity)
 {
     sss_bem__sums sums;
-    sss_bem__gather_row(b, &b->lanes[row], b->rows[row].count, &sums);
+    sss_bem__gather_row(b, row, &sums);
     sss_bem__write_row(b, row, &sums, radiosity);
 }
 
@@ -4461,7 +5125,6 @@ static void sss_bem__set_midpoint(sss_bem__linking *l, uint32_t receiver)
 static void sss_bem__add_sample(const sss_bem__linking *l, const float point[3], float area, float factor[3])
 {
     const sss_bem__model *m = &l->bem->model;
-    const float none[4] = {0.0f, 0.0f, 0.0f, 0.0f};
     float w[3], n[3], squares[2];
     int i, c;
     for (i = 0; i < 3; i++)
@@ -4473,8 +5136,7 @@ static void sss_bem__add_sample(const sss_bem__linking *l, const float point[3],
     squares[1] = sss_bem__dotf(w, n);
     for (c = 0; c < 3; c++)
     {
-        factor[c] += m->scale[c] * area * (sss_bem__cluster_source(m, 0, c, squares, none)
-                                           + sss_bem__cluster_source(m, 1, c, squares, none));
+        factor[c] += area * sss_bem__point_factor(m, c, squares);
     }
 }
 
@@ -4588,7 +5250,7 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
 
 static void sss_bem__connect(sss_bem__linking *l, uint32_t receiver, uint32_t emitter, int is_near)
 {
-    const float *power = l->bem->power[emitter];
+    const float *power = l->bem->lights[emitter].v;
     const float area = l->bem->nodes[emitter].area;
     float factor[3] = {0.0f, 0.0f, 0.0f};
     int c;
@@ -4764,7 +5426,7 @@ static void sss_bem__sweep_task(void *context, size_t begin, size_t end)
             for (c = 0; c < 3; c++)
             {
                 s->gathered[link->receiver][c] +=
-                    area > 0.0f ? link->factor[c] * (s->bem->power[link->emitter][c] / area) : 0.0f;
+                    area > 0.0f ? link->factor[c] * (s->bem->lights[link->emitter].v[c] / area) : 0.0f;
             }
         }
     }
@@ -4881,6 +5543,7 @@ static void sss_bem__points_task(void *context, size_t begin, size_t end)
         const size_t first = group * SSS_BEM__LANES, left = p->count - first;
         const size_t count = sss_bem__at_most(left, SSS_BEM__LANES);
         sss_bem__lanes lanes;
+        sss_bem__spheres spheres;
         sss_bem__sums sums;
         for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
@@ -4899,7 +5562,8 @@ static void sss_bem__points_task(void *context, size_t begin, size_t end)
                 lanes.n[i][lane] = unit[i];
             }
         }
-        sss_bem__gather_row(p->bem, &lanes, count, &sums);
+        sss_bem__bound_sources(p->bem, &lanes, &spheres);
+        sss_bem__gather(p->bem, &lanes, &spheres, count, &sums);
         for (lane = 0; (size_t)lane < count; lane++)
         {
             sss_bem__scale_sums(p->bem, &sums, lane, p->radiosity + 3 * (first + (size_t)lane));
@@ -4936,47 +5600,41 @@ SSS_BEM_API sss_result sss_bem_gather(const sss_bem *bem, const float *positions
 }
 
 // ---- stored links: render and incremental mode, 5.5 ----
-// A row's data: links, their factors, pairs, their factors in blocks.
+// A row's data: of each kind the factors, one for a link and one for a block of pairs, and the links or pairs.
 
 typedef struct sss_bem__stored
 {
-    sss_bem__link *links;
-    sss_bem__link_factor *link_factors;
-    sss_bem__pair *pairs[SSS_BEM__PAIR_KINDS];
-    sss_bem__pair_factor *pair_factors[SSS_BEM__PAIR_KINDS]; // [blocks]
+    sss_bem__factor *factors[SSS_BEM__KINDS];
+    sss_bem__link *links[SSS_BEM__KINDS];
 } sss_bem__stored;
 
-static size_t sss_bem__blocks(size_t pair_count)
+static size_t sss_bem__factor_count(int kind, size_t count)
 {
-    return (pair_count + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
+    return kind < SSS_BEM__LINK_KINDS ? count : (count + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
 }
 
-static size_t sss_bem__stored_bytes(size_t link_count, const size_t *pair_count)
+static size_t sss_bem__stored_bytes(const size_t *counts)
 {
-    size_t bytes = link_count * (sizeof(sss_bem__link) + sizeof(sss_bem__link_factor));
+    size_t bytes = 0;
     int kind;
-    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
-        bytes += pair_count[kind] * sizeof(sss_bem__pair)
-                 + sss_bem__blocks(pair_count[kind]) * sizeof(sss_bem__pair_factor);
+        bytes += sss_bem__factor_count(kind, counts[kind]) * sizeof(sss_bem__factor)
+                 + counts[kind] * sizeof(sss_bem__link);
     }
     return bytes;
 }
 
-static sss_bem__stored sss_bem__open(unsigned char *data, size_t link_count, const size_t *pair_count)
+static sss_bem__stored sss_bem__open(unsigned char *data, const size_t *counts)
 {
     sss_bem__stored s;
     int kind;
-    s.link_factors = (sss_bem__link_factor *)(void *)data;
-    data += link_count * sizeof *s.link_factors;
-    s.links = (sss_bem__link *)(void *)data;
-    data += link_count * sizeof *s.links;
-    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
-        s.pair_factors[kind] = (sss_bem__pair_factor *)(void *)data;
-        data += sss_bem__blocks(pair_count[kind]) * sizeof *s.pair_factors[kind];
-        s.pairs[kind] = (sss_bem__pair *)(void *)data;
-        data += pair_count[kind] * sizeof *s.pairs[kind];
+        s.factors[kind] = (sss_bem__factor *)(void *)data;
+        data += sss_bem__factor_count(kind, counts[kind]) * sizeof *s.factors[kind];
+        s.links[kind] = (sss_bem__link *)(void *)data;
+        data += counts[kind] * sizeof *s.links[kind];
     }
     return s;
 }
@@ -4993,16 +5651,20 @@ static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
         sss_bem__shade_row(b, row, radiosity);
         return;
     }
-    s = sss_bem__open(r->data, r->link_count, r->pair_count);
+    s = sss_bem__open(r->data, r->counts);
     memset(&sums, 0, sizeof sums);
-    sss_bem__add_links(b, s.links, (const sss_bem__link_factor *)s.link_factors, r->link_count, &sums);
-    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+    for (kind = 0; kind < SSS_BEM__LINK_KINDS; kind++)
     {
-        for (done = 0; done < r->pair_count[kind]; done += SSS_BEM__LANES)
+        sss_bem__add_links(b, &b->lanes[row], kind, s.links[kind], (const sss_bem__factor *)s.factors[kind],
+                           r->counts[kind], &sums);
+    }
+    for (kind = SSS_BEM__LINK_KINDS; kind < SSS_BEM__KINDS; kind++)
+    {
+        for (done = 0; done < r->counts[kind]; done += SSS_BEM__LANES)
         {
-            sss_bem__add_pairs(b, s.pairs[kind] + done,
-                               (const float (*)[3][SSS_BEM__LANES])s.pair_factors[kind][done / SSS_BEM__LANES],
-                               sss_bem__at_most(r->pair_count[kind] - done, SSS_BEM__LANES), sums.near_light[kind]);
+            sss_bem__add_pairs(b, s.links[kind] + done,
+                               (const float (*)[3][SSS_BEM__LANES])s.factors[kind][done / SSS_BEM__LANES],
+                               sss_bem__at_most(r->counts[kind] - done, SSS_BEM__LANES), sums.light[kind]);
         }
     }
     sss_bem__write_row(b, row, &sums, radiosity);
@@ -5018,255 +5680,252 @@ SSS_BEM_API sss_result sss_bem_render(const sss_bem *bem, float *radiosity)
                                                              : sss_bem__run_rows(bem, sss_bem__render_row, radiosity);
 }
 
-// What a pending row needs: the counts of its new links and pairs, and how many factors have to be computed.
+// A link or pair of a row to be, and where among the row's present ones its factor is; UINT32_MAX: to be computed.
+typedef struct sss_bem__entry
+{
+    sss_bem__link link;
+    uint32_t from;
+} sss_bem__entry;
+
+// The next links of a pending row, and what they cost.
 typedef struct sss_bem__plan
 {
     size_t row;
-    size_t link_count, pair_count[SSS_BEM__PAIR_KINDS];
-    size_t work;          // factors
-    unsigned char *data;  // new, or NULL: in place
-    int same;             // the lists stay as they are
+    size_t counts[SSS_BEM__KINDS];
+    size_t work;              // factors to be computed
+    sss_bem__entry *entries;  // the kinds one after the other, as far as there is room
+    size_t room[SSS_BEM__KINDS], begin[SSS_BEM__KINDS], entry_count;
+    int listed;               // there was room for all
+    size_t cursor[SSS_BEM__KINDS]; // in the row's present lists, which ascend as the new ones do
+    unsigned char *data;      // new, or NULL: in place
+    int same;                 // the lists stay as they are
 } sss_bem__plan;
 
-// A factor is kept where neither its cluster nor its row changed since the row was brought up to date.
-static int sss_bem__keeps(const sss_bem *b, const sss_bem__row *r, uint32_t node)
+static void sss_bem__append(sss_bem__plan *plan, int kind, sss_bem__link link, uint32_t from, size_t work)
 {
-    return r->data != NULL && r->moved <= r->stamp && b->nodes[node].stamp <= r->stamp;
-}
-
-// Old and new lists ascend, so that they are compared in one pass; the cursors stand in the old ones.
-typedef struct sss_bem__matcher
-{
-    const sss_bem__row *row;
-    sss_bem__stored old;
-    size_t link, pair[SSS_BEM__PAIR_KINDS];
-} sss_bem__matcher;
-
-static void sss_bem__start_matching(const sss_bem__row *r, sss_bem__matcher *m)
-{
-    memset(m, 0, sizeof *m);
-    m->row = r;
-    if (r->data != NULL)
+    const size_t place = plan->counts[kind]++;
+    plan->work += from == UINT32_MAX ? work : 0;
+    if (place < plan->room[kind])
     {
-        m->old = sss_bem__open(r->data, r->link_count, r->pair_count);
+        plan->entries[plan->begin[kind] + place].link = link;
+        plan->entries[plan->begin[kind] + place].from = from;
     }
+    plan->listed &= place < plan->room[kind];
 }
 
-// Index of the same link in the old list, SIZE_MAX where there is none.
-static size_t sss_bem__match_link(sss_bem__matcher *m, sss_bem__link link)
+// The present place of a link that the walk found, and whether its factor can be kept: neither its cluster nor its row
+// changed since the row was brought up to date.
+static void sss_bem__plan_link(const sss_bem *b, const sss_bem__stored *old, sss_bem__plan *plan, int kind,
+                               sss_bem__link link)
 {
-    const size_t count = m->row->data != NULL ? m->row->link_count : 0;
-    while (m->link < count && m->old.links[m->link].node < link.node)
-    {
-        m->link++;
-    }
-    return m->link < count && m->old.links[m->link].node == link.node && m->old.links[m->link].mask == link.mask
-               ? m->link
-               : SIZE_MAX;
-}
-
-static size_t sss_bem__match_pair(sss_bem__matcher *m, int kind, sss_bem__pair pair)
-{
-    const sss_bem__pair *old = m->old.pairs[kind];
-    const size_t count = m->row->data != NULL ? m->row->pair_count[kind] : 0;
-    size_t i = m->pair[kind];
-    while (i < count && (old[i].node < pair.node || (old[i].node == pair.node && old[i].lane < pair.lane)))
+    const sss_bem__row *r = &b->rows[plan->row];
+    const sss_bem__link *links = r->data != NULL ? old->links[kind] : NULL;
+    const size_t count = r->data != NULL ? r->counts[kind] : 0;
+    const int is_pair = kind >= SSS_BEM__LINK_KINDS;
+    size_t i = plan->cursor[kind];
+    int matches;
+    while (i < count && (links[i].node < link.node
+                         || (is_pair && links[i].node == link.node && links[i].who < link.who)))
     {
         i++;
     }
-    m->pair[kind] = i;
-    return i < count && old[i].node == pair.node && old[i].lane == pair.lane ? i : SIZE_MAX;
+    plan->cursor[kind] = i;
+    matches = i < count && links[i].node == link.node && links[i].who == link.who;
+    plan->same &= matches && i == plan->counts[kind];
+    sss_bem__append(plan, kind, link,
+                    matches && r->moved <= r->stamp && b->nodes[link.node].stamp <= r->stamp ? (uint32_t)i : UINT32_MAX,
+                    is_pair ? 1 : r->count);
+}
+
+// What a row has of the nodes [begin, end), none of which changed, stays. 0: it has a link to a cluster above them.
+static int sss_bem__plan_kept(const sss_bem *b, const sss_bem__stored *old, sss_bem__plan *plan, uint32_t begin,
+                              uint32_t end)
+{
+    const sss_bem__row *r = &b->rows[plan->row];
+    const sss_bem__link *far_links = old->links[SSS_BEM__FAR];
+    size_t *cursor = &plan->cursor[SSS_BEM__FAR];
+    int kind;
+    while (*cursor < r->counts[SSS_BEM__FAR] && far_links[*cursor].node < begin)
+    {
+        ++*cursor;
+    }
+    if (*cursor > 0 && b->nodes[far_links[*cursor - 1].node].end > begin)
+    {
+        return 0;
+    }
+    for (kind = 0; kind < SSS_BEM__KINDS; kind++)
+    {
+        size_t i = plan->cursor[kind];
+        while (i < r->counts[kind] && old->links[kind][i].node < begin)
+        {
+            i++;
+        }
+        for (; i < r->counts[kind] && old->links[kind][i].node < end; i++)
+        {
+            plan->same &= i == plan->counts[kind];
+            sss_bem__append(plan, kind, old->links[kind][i], (uint32_t)i, 0);
+        }
+        plan->cursor[kind] = i;
+    }
+    return 1;
 }
 
 static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
 {
     const sss_bem__row *r = &b->rows[plan->row];
-    sss_bem__matcher matcher;
+    sss_bem__stored old;
     sss_bem__walk walk;
     size_t k;
     int more = 1, kind;
-    plan->link_count = plan->work = 0;
-    memset(plan->pair_count, 0, sizeof plan->pair_count);
+    plan->work = 0;
     plan->data = NULL;
     plan->same = r->data != NULL;
-    sss_bem__start_matching(r, &matcher);
-    sss_bem__start_walk(b, &b->lanes[plan->row], r->count, 0, &walk);
+    plan->listed = 1;
+    memset(plan->counts, 0, sizeof plan->counts);
+    memset(plan->cursor, 0, sizeof plan->cursor);
+    memset(&old, 0, sizeof old);
+    sss_bem__start_walk(b, &b->lanes[plan->row], &b->spheres[plan->row], r->count, 0, &walk);
+    if (r->data != NULL)
+    {
+        old = sss_bem__open(r->data, r->counts);
+        walk.since = r->moved <= r->stamp ? r->stamp : 0;
+    }
     while (more)
     {
         more = sss_bem__walk_on(&walk);
-        for (k = 0; k < walk.link_count; k++)
+        for (kind = 0; kind < SSS_BEM__KINDS; kind++)
         {
-            const size_t old = sss_bem__match_link(&matcher, walk.links[k]);
-            plan->same &= old == plan->link_count + k;
-            plan->work += old != SIZE_MAX && sss_bem__keeps(b, r, walk.links[k].node) ? 0 : r->count;
-        }
-        plan->link_count += walk.link_count;
-        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
-        {
-            for (k = 0; k < walk.pair_count[kind]; k++)
+            for (k = 0; k < walk.counts[kind]; k++)
             {
-                const size_t old = sss_bem__match_pair(&matcher, kind, walk.pairs[kind][k]);
-                plan->same &= old == plan->pair_count[kind] + k;
-                plan->work += old != SIZE_MAX && sss_bem__keeps(b, r, walk.pairs[kind][k].node) ? 0 : 1;
+                sss_bem__plan_link(b, &old, plan, kind, walk.links[kind][k]);
             }
-            plan->pair_count[kind] += walk.pair_count[kind];
+        }
+        if (walk.kept != UINT32_MAX && !sss_bem__plan_kept(b, &old, plan, walk.kept, walk.next))
+        {
+            walk.not_before = walk.next;
+            walk.next = walk.kept;
         }
         sss_bem__empty_walk(&walk);
     }
-    plan->same &= plan->link_count == r->link_count;
-    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
-    {
-        plan->same &= plan->pair_count[kind] == r->pair_count[kind];
-    }
+    plan->same &= memcmp(plan->counts, r->counts, sizeof plan->counts) == 0;
 }
 
-// Computes the factors of links[which[0 .. count-1]] into their places.
-static void sss_bem__fill_links(const sss_bem *b, const sss_bem__lanes *lanes, sss_bem__stored *s, const size_t *which,
-                                size_t count)
+// Room for all entries of a plan, those that it could not hold included. 0: out of memory; the plan is then empty.
+static int sss_bem__make_room(const sss_hooks *hooks, sss_bem__plan *plan)
+{
+    size_t count = 0;
+    int kind;
+    for (kind = 0; kind < SSS_BEM__KINDS; kind++)
+    {
+        plan->room[kind] = plan->counts[kind] + plan->counts[kind] / 4 + 64; // the next row needs about as much
+        plan->begin[kind] = count;
+        count += plan->room[kind];
+    }
+    if (count > plan->entry_count)
+    {
+        sss_bem__release(hooks, plan->entries);
+        plan->entries = (sss_bem__entry *)sss_bem__allocate(hooks, count, sizeof *plan->entries);
+        plan->entry_count = count;
+    }
+    if (plan->entries == NULL)
+    {
+        memset(plan->room, 0, sizeof plan->room);
+        plan->entry_count = 0;
+    }
+    return plan->entries != NULL;
+}
+
+// Computes the factors of the links or pairs `which` into their places.
+static void sss_bem__fill_factors(const sss_bem *b, const sss_bem__lanes *lanes, int kind, sss_bem__stored *s,
+                          const size_t *which, size_t count)
 {
     sss_bem__link links[SSS_BEM__BATCH] = {{0, 0}};
-    sss_bem__link_factor factors[SSS_BEM__BATCH];
+    sss_bem__factor factors[SSS_BEM__BATCH];
     size_t k;
+    int i, c;
     for (k = 0; k < count; k++)
     {
-        links[k] = s->links[which[k]];
+        links[k] = s->links[kind][which[k]];
     }
-    sss_bem__link_factors(b, lanes, links, count, factors);
+    if (kind < SSS_BEM__LINK_KINDS)
+    {
+        sss_bem__link_factors(b, lanes, kind, links, count, factors);
+    }
+    else
+    {
+        sss_bem__pair_factors(b, lanes, links, kind, count, factors[0]);
+    }
     for (k = 0; k < count; k++)
     {
-        memcpy(s->link_factors[which[k]], factors[k], sizeof factors[k]);
+        if (kind < SSS_BEM__LINK_KINDS)
+        {
+            memcpy(s->factors[kind][which[k]], factors[k], sizeof factors[k]);
+            continue;
+        }
+        for (i = 0; i < 3; i++)
+        {
+            for (c = 0; c < 3; c++)
+            {
+                s->factors[kind][which[k] / SSS_BEM__LANES][i][c][which[k] % SSS_BEM__LANES] = factors[0][i][c][k];
+            }
+        }
     }
 }
 
-static void sss_bem__copy_pair_factor(sss_bem__pair_factor from, size_t from_place, sss_bem__pair_factor to,
-                                      size_t to_place)
+static void sss_bem__copy_factor(int kind, sss_bem__stored *from, size_t from_place, sss_bem__stored *to,
+                                 size_t to_place)
 {
-    int k, c;
-    for (k = 0; k < 3; k++)
+    int i, c;
+    if (kind < SSS_BEM__LINK_KINDS)
+    {
+        memcpy(to->factors[kind][to_place], from->factors[kind][from_place], sizeof to->factors[kind][to_place]);
+        return;
+    }
+    for (i = 0; i < 3; i++)
     {
         for (c = 0; c < 3; c++)
         {
-            to[k][c][to_place] = from[k][c][from_place];
+            to->factors[kind][to_place / SSS_BEM__LANES][i][c][to_place % SSS_BEM__LANES] =
+                from->factors[kind][from_place / SSS_BEM__LANES][i][c][from_place % SSS_BEM__LANES];
         }
     }
 }
 
-static void sss_bem__fill_pairs(const sss_bem *b, const sss_bem__lanes *lanes, int kind, sss_bem__stored *s,
-                                const size_t *which, size_t count)
-{
-    sss_bem__pair pairs[SSS_BEM__LANES] = {{0, 0}};
-    sss_bem__pair_factor factors;
-    size_t k;
-    for (k = 0; k < count; k++)
-    {
-        pairs[k] = s->pairs[kind][which[k]];
-    }
-    sss_bem__pair_factors(b, lanes, pairs, kind, count, factors);
-    for (k = 0; k < count; k++)
-    {
-        sss_bem__copy_pair_factor(factors, k, s->pair_factors[kind][which[k] / SSS_BEM__LANES],
-                                  which[k] % SSS_BEM__LANES);
-    }
-}
-
-// One row being brought up to date, as planned: in place where its lists stay, else into its new data. Factors that
-// cannot be kept wait until there are enough of them.
-typedef struct sss_bem__updating
-{
-    const sss_bem *bem;
-    const sss_bem__plan *plan;
-    sss_bem__stored to;
-    sss_bem__matcher matcher;
-    size_t links, link_wait, pairs[SSS_BEM__PAIR_KINDS], pair_wait[SSS_BEM__PAIR_KINDS];
-    size_t waiting_links[SSS_BEM__BATCH], waiting_pairs[SSS_BEM__PAIR_KINDS][SSS_BEM__LANES];
-} sss_bem__updating;
-
-static void sss_bem__flush_links(sss_bem__updating *u)
-{
-    sss_bem__fill_links(u->bem, &u->bem->lanes[u->plan->row], &u->to, u->waiting_links, u->link_wait);
-    u->link_wait = 0;
-}
-
-static void sss_bem__flush_pairs(sss_bem__updating *u, int kind)
-{
-    if (u->pair_wait[kind] > 0)
-    {
-        sss_bem__fill_pairs(u->bem, &u->bem->lanes[u->plan->row], kind, &u->to, u->waiting_pairs[kind],
-                            u->pair_wait[kind]);
-    }
-    u->pair_wait[kind] = 0;
-}
-
-static void sss_bem__update_link(sss_bem__updating *u, sss_bem__link link)
-{
-    const size_t old = sss_bem__match_link(&u->matcher, link), place = u->links++;
-    u->to.links[place] = link;
-    if (old == SIZE_MAX || !sss_bem__keeps(u->bem, u->matcher.row, link.node))
-    {
-        u->waiting_links[u->link_wait++] = place;
-    }
-    else if (!u->plan->same)
-    {
-        memcpy(u->to.link_factors[place], u->matcher.old.link_factors[old], sizeof u->to.link_factors[place]);
-    }
-    if (u->link_wait == SSS_BEM__BATCH)
-    {
-        sss_bem__flush_links(u);
-    }
-}
-
-static void sss_bem__update_pair(sss_bem__updating *u, int kind, sss_bem__pair pair)
-{
-    const size_t old = sss_bem__match_pair(&u->matcher, kind, pair), place = u->pairs[kind]++;
-    u->to.pairs[kind][place] = pair;
-    if (old == SIZE_MAX || !sss_bem__keeps(u->bem, u->matcher.row, pair.node))
-    {
-        u->waiting_pairs[kind][u->pair_wait[kind]++] = place;
-    }
-    else if (!u->plan->same)
-    {
-        sss_bem__copy_pair_factor(u->matcher.old.pair_factors[kind][old / SSS_BEM__LANES], old % SSS_BEM__LANES,
-                                  u->to.pair_factors[kind][place / SSS_BEM__LANES], place % SSS_BEM__LANES);
-    }
-    if (u->pair_wait[kind] == SSS_BEM__LANES)
-    {
-        sss_bem__flush_pairs(u, kind);
-    }
-}
-
+// Brings a row up to date as planned: in place where its lists stay, else into its new data. Factors that cannot be
+// kept wait until there are enough of them.
 static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
 {
     const sss_bem__row *r = &b->rows[plan->row];
-    sss_bem__updating u;
-    sss_bem__walk walk;
-    size_t k;
-    int more = 1, kind;
-    memset(&u, 0, sizeof u);
-    u.bem = b;
-    u.plan = plan;
-    u.to = sss_bem__open(plan->same ? r->data : plan->data, plan->link_count, plan->pair_count);
-    sss_bem__start_matching(r, &u.matcher);
-    sss_bem__start_walk(b, &b->lanes[plan->row], r->count, 0, &walk);
-    while (more)
+    sss_bem__stored old, to = sss_bem__open(plan->same ? r->data : plan->data, plan->counts);
+    size_t waiting[SSS_BEM__BATCH], wait, k;
+    int kind;
+    memset(&old, 0, sizeof old);
+    if (r->data != NULL)
     {
-        more = sss_bem__walk_on(&walk);
-        for (k = 0; k < walk.link_count; k++)
+        old = sss_bem__open(r->data, r->counts);
+    }
+    for (kind = 0; kind < SSS_BEM__KINDS; kind++)
+    {
+        const sss_bem__entry *entries = plan->entries + plan->begin[kind];
+        const size_t most = kind < SSS_BEM__LINK_KINDS ? SSS_BEM__BATCH : SSS_BEM__LANES;
+        wait = 0;
+        for (k = 0; k < plan->counts[kind]; k++)
         {
-            sss_bem__update_link(&u, walk.links[k]);
-        }
-        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
-        {
-            for (k = 0; k < walk.pair_count[kind]; k++)
+            to.links[kind][k] = entries[k].link;
+            if (entries[k].from == UINT32_MAX)
             {
-                sss_bem__update_pair(&u, kind, walk.pairs[kind][k]);
+                waiting[wait++] = k;
+            }
+            else if (!plan->same)
+            {
+                sss_bem__copy_factor(kind, &old, entries[k].from, &to, k);
+            }
+            if (wait > 0 && (wait == most || k + 1 == plan->counts[kind]))
+            {
+                sss_bem__fill_factors(b, &b->lanes[plan->row], kind, &to, waiting, wait);
+                wait = 0;
             }
         }
-        sss_bem__empty_walk(&walk);
-    }
-    sss_bem__flush_links(&u);
-    for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
-    {
-        sss_bem__flush_pairs(&u, kind);
     }
 }
 
@@ -5280,6 +5939,7 @@ typedef struct sss_bem__update
 {
     sss_bem *bem;
     sss_bem__plan plans[SSS_BEM__ROWS_AT_ONCE];
+    int again; // only those that had no room
 } sss_bem__update;
 
 static void sss_bem__plan_task(void *context, size_t begin, size_t end)
@@ -5288,7 +5948,10 @@ static void sss_bem__plan_task(void *context, size_t begin, size_t end)
     size_t k;
     for (k = begin; k < end; k++)
     {
-        sss_bem__plan_row(u->bem, &u->plans[k]);
+        if (!u->again || !u->plans[k].listed)
+        {
+            sss_bem__plan_row(u->bem, &u->plans[k]);
+        }
     }
 }
 
@@ -5302,6 +5965,25 @@ static void sss_bem__update_task(void *context, size_t begin, size_t end)
     }
 }
 
+// Plans so many rows, a second time where the first only showed how much room it takes. Returns for how many, from the
+// first on, there was memory.
+static size_t sss_bem__plan_rows(sss_bem__update *u, size_t count)
+{
+    size_t ready;
+    u->again = 0;
+    sss_bem__parallel(&u->bem->hooks, count, sss_bem__plan_task, u);
+    for (ready = 0; ready < count; ready++)
+    {
+        if (!u->plans[ready].listed && !sss_bem__make_room(&u->bem->hooks, &u->plans[ready]))
+        {
+            break;
+        }
+    }
+    u->again = 1;
+    sss_bem__parallel(&u->bem->hooks, ready, sss_bem__plan_task, u);
+    return ready;
+}
+
 // Memory for the planned rows whose lists change. Returns how many rows, from the first on, can go ahead.
 static size_t sss_bem__allocate_rows(sss_bem__update *u, size_t count)
 {
@@ -5311,8 +5993,8 @@ static size_t sss_bem__allocate_rows(sss_bem__update *u, size_t count)
         sss_bem__plan *plan = &u->plans[k];
         if (!plan->same)
         {
-            plan->data = (unsigned char *)sss_bem__allocate(
-                &u->bem->hooks, sss_bem__stored_bytes(plan->link_count, plan->pair_count), 1);
+            plan->data =
+                (unsigned char *)sss_bem__allocate(&u->bem->hooks, sss_bem__stored_bytes(plan->counts), 1);
             if (plan->data == NULL)
             {
                 break;
@@ -5332,9 +6014,8 @@ static void sss_bem__finish_rows(sss_bem__update *u, size_t count)
         {
             sss_bem__release(&u->bem->hooks, r->data);
             r->data = u->plans[k].data;
-            r->capacity = sss_bem__stored_bytes(u->plans[k].link_count, u->plans[k].pair_count);
-            r->link_count = u->plans[k].link_count;
-            memcpy(r->pair_count, u->plans[k].pair_count, sizeof r->pair_count);
+            r->capacity = sss_bem__stored_bytes(u->plans[k].counts);
+            memcpy(r->counts, u->plans[k].counts, sizeof r->counts);
         }
         r->stamp = u->bem->generation;
     }
@@ -5342,39 +6023,38 @@ static void sss_bem__finish_rows(sss_bem__update *u, size_t count)
 
 // Plans and updates pending rows of one kind, from the cursor on once around, until the budget is spent.
 //   moved_only  those whose own vertices moved: they are the most wrong
-static sss_result sss_bem__update_rows(sss_bem *b, int moved_only, size_t *budget)
+static sss_result sss_bem__update_rows(sss_bem__update *u, int moved_only, size_t *budget)
 {
-    sss_bem__update u;
+    sss_bem *b = u->bem;
     size_t visited = 0;
-    u.bem = b;
     while (visited < b->row_count && *budget > 0)
     {
-        size_t count = 0, ready, affordable;
+        size_t count = 0, planned, ready, affordable;
         for (; visited < b->row_count && count < SSS_BEM__ROWS_AT_ONCE; visited++)
         {
             const size_t row = (b->cursor + visited) % b->row_count;
             const sss_bem__row *r = &b->rows[row];
             if (r->stamp != b->generation && (!moved_only || r->moved > r->stamp))
             {
-                u.plans[count++].row = row;
+                u->plans[count++].row = row;
             }
         }
-        sss_bem__parallel(&b->hooks, count, sss_bem__plan_task, &u);
-        for (affordable = 0; affordable < count && *budget > 0; affordable++)
+        planned = sss_bem__plan_rows(u, count);
+        for (affordable = 0; affordable < planned && *budget > 0; affordable++)
         {
-            const size_t work = u.plans[affordable].work + 1;
+            const size_t work = u->plans[affordable].work + 1;
             *budget -= *budget < work ? *budget : work;
         }
-        ready = sss_bem__allocate_rows(&u, affordable);
-        sss_bem__parallel(&b->hooks, ready, sss_bem__update_task, &u);
-        sss_bem__finish_rows(&u, ready);
-        if (ready < affordable)
+        ready = sss_bem__allocate_rows(u, affordable);
+        sss_bem__parallel(&b->hooks, ready, sss_bem__update_task, u);
+        sss_bem__finish_rows(u, ready);
+        if (ready < affordable || (planned < count && affordable == planned))
         {
             return SSS_ERROR_OUT_OF_MEMORY;
         }
         if (affordable < count)
         {
-            b->cursor = u.plans[affordable].row; // the next call goes on here
+            b->cursor = u->plans[affordable].row; // the next call goes on here
         }
     }
     return SSS_OK;
@@ -5396,7 +6076,8 @@ static size_t sss_bem__pending(const sss_bem *b)
 
 SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pending)
 {
-    size_t left = budget == 0 ? SIZE_MAX : budget;
+    size_t left = budget == 0 ? SIZE_MAX : budget, k;
+    sss_bem__update update;
     sss_result result;
     if (bem == NULL)
     {
@@ -5408,8 +6089,14 @@ SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pendi
     }
     else
     {
-        result = sss_bem__update_rows(bem, 1, &left);
-        result = result == SSS_OK ? sss_bem__update_rows(bem, 0, &left) : result;
+        memset(&update, 0, sizeof update);
+        update.bem = bem;
+        result = sss_bem__update_rows(&update, 1, &left);
+        result = result == SSS_OK ? sss_bem__update_rows(&update, 0, &left) : result;
+        for (k = 0; k < SSS_BEM__ROWS_AT_ONCE; k++)
+        {
+            sss_bem__release(&bem->hooks, update.plans[k].entries);
+        }
     }
     if (result == SSS_OK && pending != NULL)
     {
@@ -5419,39 +6106,6 @@ SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pendi
 }
 
 // ---- prediction of the error ----
-
-typedef struct sss_bem__trial
-{
-    const sss_bem *bem;    // as it is
-    const sss_bem *strict; // at a tenth of its tolerance
-    size_t count;          // rows
-    double (*sums)[2];     // [count]: squares of the error, of the light
-} sss_bem__trial;
-
-static void sss_bem__trial_task(void *context, size_t begin, size_t end)
-{
-    const sss_bem__trial *t = (const sss_bem__trial *)context;
-    size_t k;
-    for (k = begin; k < end; k++)
-    {
-        const size_t row = k * (t->bem->row_count / t->count) + k * (t->bem->row_count % t->count) / t->count;
-        sss_bem__sums loose, strict;
-        uint32_t lane;
-        int c;
-        sss_bem__gather_row(t->bem, &t->bem->lanes[row], t->bem->rows[row].count, &loose);
-        sss_bem__gather_row(t->strict, &t->bem->lanes[row], t->bem->rows[row].count, &strict);
-        t->sums[k][0] = t->sums[k][1] = 0.0;
-        for (lane = 0; lane < t->bem->rows[row].count; lane++)
-        {
-            for (c = 0; c < 3; c++)
-            {
-                const double a = sss_bem__total(&loose, c, (int)lane), b = sss_bem__total(&strict, c, (int)lane);
-                t->sums[k][0] += (a - b) * (a - b);
-                t->sums[k][1] += b * b;
-            }
-        }
-    }
-}
 
 // Twice what was measured, because a sample may miss the worst; and what floats and the strict run itself may add.
 static double sss_bem__margin(double measured, double tolerance)
@@ -5463,43 +6117,30 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
 {
     sss_bem__trial trial;
     sss_bem *strict;
-    double squares[2] = {0.0, 0.0};
-    size_t k;
+    sss_bem__stop *stops;
+    int ready;
     if (bem == NULL || bem->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION)
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
-    trial.count = ((count == 0 ? 1024 : count) + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
-    trial.count = trial.count < bem->row_count ? trial.count : bem->row_count;
-    trial.sums = (double (*)[2])sss_bem__allocate(&bem->hooks, trial.count, sizeof *trial.sums);
     strict = (sss_bem *)sss_bem__allocate(&bem->hooks, 1, sizeof *strict);
-    if (trial.sums == NULL || strict == NULL)
+    stops = (sss_bem__stop *)sss_bem__allocate(&bem->hooks, bem->node_count, sizeof *stops);
+    ready = sss_bem__allocate_trial(&trial, bem, count == 0 ? 1024 : count) && strict != NULL && stops != NULL;
+    if (ready)
     {
-        sss_bem__release(&bem->hooks, trial.sums);
-        sss_bem__release(&bem->hooks, strict);
-        return SSS_ERROR_OUT_OF_MEMORY;
+        sss_bem__make_strict(bem, stops, strict);
+        sss_bem__gather_trial(&trial, strict, 1);
+        sss_bem__gather_trial(&trial, bem, 0);
+        bem->predicted_error = sss_bem__margin(sss_bem__trial_error(&trial), bem->options.tolerance);
     }
-    *strict = *bem; // shares everything but the distances at which clusters are accepted
-    strict->options.tolerance *= 0.1;
-    sss_bem__choose_rules(strict);
-    sss_bem__plan_reach(strict);
-    trial.bem = bem;
-    trial.strict = strict;
-    sss_bem__parallel(&bem->hooks, trial.count, sss_bem__trial_task, &trial);
-    for (k = 0; k < trial.count; k++)
-    {
-        squares[0] += trial.sums[k][0];
-        squares[1] += trial.sums[k][1];
-    }
-    sss_bem__release(&bem->hooks, strict);
-    sss_bem__release(&bem->hooks, trial.sums);
-    bem->predicted_error =
-        sss_bem__margin(squares[1] > 0.0 ? sqrt(squares[0] / squares[1]) : 0.0, bem->options.tolerance);
-    if (error != NULL)
+    if (ready && error != NULL)
     {
         *error = bem->predicted_error;
     }
-    return SSS_OK;
+    sss_bem__release(&bem->hooks, stops);
+    sss_bem__release(&bem->hooks, strict);
+    sss_bem__release(&bem->hooks, trial.light[0]);
+    return ready ? SSS_OK : SSS_ERROR_OUT_OF_MEMORY;
 }
 
 // ---- 4. Looking inside ----
@@ -5529,10 +6170,11 @@ SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
     out->row_count = bem->row_count;
     for (row = 0; row < bem->row_count; row++)
     {
-        out->link_count += bem->rows[row].link_count;
-        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
+        out->link_count += bem->rows[row].counts[SSS_BEM__FAR];
+        out->near_count += bem->rows[row].counts[SSS_BEM__NEAR] * bem->rows[row].count;
+        for (kind = SSS_BEM__LINK_KINDS; kind < SSS_BEM__KINDS; kind++)
         {
-            out->near_count += bem->rows[row].pair_count[kind];
+            out->near_count += bem->rows[row].counts[kind];
         }
         out->link_bytes += bem->rows[row].capacity;
     }
@@ -5562,7 +6204,7 @@ SSS_BEM_API sss_result sss_bem_get_cluster(const sss_bem *bem, size_t index, sss
     {
         out->center[i] = (double)node->center[i] / bem->scale + bem->center[i];
         vector[i] = (double)bem->area_vector[index][i];
-        out->irradiance[i] = area > 0.0 ? (double)bem->power[index][i] / area * bem->irradiance_scale : 0.0;
+        out->irradiance[i] = area > 0.0 ? (double)bem->lights[index].v[i] / area * bem->irradiance_scale : 0.0;
     }
     for (i = 0; i < 3; i++)
     {
@@ -5604,24 +6246,18 @@ SSS_BEM_API sss_result sss_bem_get_links(const sss_bem *bem, size_t vertex, size
         lane++;
     }
     *count = 0;
-    sss_bem__start_walk(bem, &bem->lanes[row], bem->rows[row].count, 0, &walk);
+    sss_bem__start_walk(bem, &bem->lanes[row], &bem->spheres[row], bem->rows[row].count, 0, &walk);
     while (more)
     {
         more = sss_bem__walk_on(&walk);
-        for (k = 0; k < walk.link_count; k++)
+        for (kind = 0; kind < SSS_BEM__KINDS; kind++)
         {
-            if (walk.links[k].mask >> lane & 1u)
+            for (k = 0; k < walk.counts[kind]; k++)
             {
-                sss_bem__list(walk.links[k].node, clusters, capacity, count);
-            }
-        }
-        for (kind = 0; kind < SSS_BEM__PAIR_KINDS; kind++)
-        {
-            for (k = 0; k < walk.pair_count[kind]; k++)
-            {
-                if (walk.pairs[kind][k].lane == lane)
+                const sss_bem__link *link = &walk.links[kind][k];
+                if (kind < SSS_BEM__LINK_KINDS ? link->who >> lane & 1u : link->who == lane)
                 {
-                    sss_bem__list(walk.pairs[kind][k].node, clusters, capacity, count);
+                    sss_bem__list(link->node, clusters, capacity, count);
                 }
             }
         }
