@@ -898,8 +898,8 @@ static void sss_bem__choose_reference(sss_bem__flat *f, const sss_bem__outline *
 #define SSS_BEM__SLIM 16.0
 #define SSS_BEM__DEEPEST 160 // halvings of a slim triangle
 
-// Rules and limits for a tolerance. Edges of what is not slim cancel to an eighth at worst. A Gauss rule of n nodes on a
-// far piece leaves about (2/far_ratio)^(-2n) of it.
+// Rules and limits for a tolerance. Edges of what is not slim cancel to an eighth at worst. A Gauss rule of n nodes on
+// a far strip leaves about (4/far_ratio)^(-2n) of it.
 static void sss_bem__choose_rule(sss_bem__flat *f, double tolerance, double slimness)
 {
     const double edges = tolerance / sss_bem__max(1.0, 0.5 * sss_bem__min(slimness, SSS_BEM__SLIM));
@@ -1152,7 +1152,8 @@ static float sss_bem__panels_float(const sss_bem__view_float *v, float p, float 
     // The nearest singularity is where s = 0, pi/2 away in w; not about q also where rho = 0, which may be nearer.
     const float t_least = a * b < 0.0f ? 0.0f : fabsf(a) < fabsf(b) ? a : b;
     const float ratio = v->about_q ? 1.0f : sqrtf(p * p + t_least * t_least) / S;
-    const float by_width = range / (SSS_BEM__PANEL_WIDTH * (ratio < 1.0f ? ratio : 1.0f)), by_decay = v->sigma * (s_high - s_low) / SSS_BEM__PANEL_DECAY;
+    const float by_width = range / (SSS_BEM__PANEL_WIDTH * (ratio < 1.0f ? ratio : 1.0f));
+    const float by_decay = v->sigma * (s_high - s_low) / SSS_BEM__PANEL_DECAY;
     const int panels = 1 + (int)(by_width > by_decay ? by_width : by_decay);
     const float half = 0.5f * range / (float)panels, stride = expf(2.0f * half);
     float step[3], middle = low * expf(half), sum = 0.0f;
@@ -1263,7 +1264,7 @@ static void sss_bem__add_strip(sss_bem__flat *f, const sss_bem__strip *t, int de
     {
         return; // nothing beside the rest of the triangle
     }
-    // exp(-sigma s) is as tame as sigma s varies, but less so where it bends: below the source
+    // exp(-sigma s) is as tame as sigma s varies, but less so where that bends: under the source
     decay = f->sigma * sss_bem__min(longest, 8.0 * (sqrt(o.farthest2 + f->H * f->H) - s_near));
     if (longest <= f->far_ratio * s_near && decay <= f->far_decay)
     {
