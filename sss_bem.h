@@ -5168,38 +5168,43 @@ static void sss_bem__sample_triangle(const sss_bem__linking *l, const sss_bem__n
     }
 }
 
-// Whether a triangle, as the receiver sees it, has edges below a share of its distance from every source, and of four
-// mean free paths: at 1 and 0.4 the rules of 16 and of 7 points leave 1e-3 of it or less, at 0.1 its moments do.
-static int sss_bem__is_small(const sss_bem__model *m, const float w[3][3], const float n[3], float share)
+// Whether something of a size, its center as the receiver sees it, is smaller than a share of its distance from every
+// source, and than four times that share of a mean free path: at 1.2 and 0.6 the rules of 16 and of 7 points leave 1e-3
+// of a triangle or less, at 0.2 its moments do, and of a cluster 1e-2 at 0.8.
+static int sss_bem__is_small(const sss_bem__model *m, const float center[3], const float n[3], float size2, float share)
 {
-    float longest2 = 0.0f, center[3], squares[2];
-    int k, i, c;
-    for (i = 0; i < 3; i++)
-    {
-        center[i] = (w[0][i] + w[1][i] + w[2][i]) * (1.0f / 3.0f);
-    }
-    squares[0] = sss_bem__dotf(center, center);
-    squares[1] = sss_bem__dotf(center, n);
-    for (k = 0; k < 3; k++)
-    {
-        const float *from = w[k], *to = w[(k + 1) % 3];
-        const float e[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]}, length2 = sss_bem__dotf(e, e);
-        longest2 = length2 > longest2 ? length2 : longest2;
-    }
+    const float squares[2] = {sss_bem__dotf(center, center), sss_bem__dotf(center, n)};
+    int k, c;
     for (k = 0; k < 2; k++)
     {
         for (c = 0; c < 3; c++)
         {
             const float h = m->height[k][c], s2 = squares[0] + 2.0f * h * squares[1] + h * h;
-            const float path = 4.0f * share;
-            if (m->scale[c] > 0.0f
-                && (longest2 > share * share * s2 || longest2 * m->sigma[c] * m->sigma[c] > path * path))
+            const float u2 = size2 * m->sigma[c] * m->sigma[c];
+            if (m->scale[c] > 0.0f && (size2 > share * share * s2 || u2 > 16.0f * share * share))
             {
                 return 0;
             }
         }
     }
     return 1;
+}
+
+static int sss_bem__is_small_triangle(const sss_bem__model *m, const float w[3][3], const float n[3], float share)
+{
+    float longest2 = 0.0f, center[3];
+    int k, i;
+    for (i = 0; i < 3; i++)
+    {
+        center[i] = (w[0][i] + w[1][i] + w[2][i]) * (1.0f / 3.0f);
+    }
+    for (k = 0; k < 3; k++)
+    {
+        const float *from = w[k], *to = w[(k + 1) % 3];
+        const float e[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]}, length2 = sss_bem__dotf(e, e);
+        longest2 = length2 > longest2 ? length2 : longest2;
+    }
+    return sss_bem__is_small(m, center, n, longest2, share);
 }
 
 // The form factor of a triangle that is projected onto the plane of its cluster.
@@ -5230,9 +5235,9 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
         n[i] = l->midpoint.n[i][0];
         up[i] = facing * normal[i]; // a face that is turned over counts positive as well
     }
-    if (sss_bem__is_small(m, (const float (*)[3])w, n, 1.0f))
+    if (sss_bem__is_small_triangle(m, (const float (*)[3])w, n, 1.2f))
     {
-        const int near_rule = sss_bem__is_small(m, (const float (*)[3])w, n, 0.4f);
+        const int near_rule = sss_bem__is_small_triangle(m, (const float (*)[3])w, n, 0.6f);
         sss_bem__points_factor(m, near_rule ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
                                leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), points, 0);
         for (c = 0; c < 3; c++)
@@ -5252,21 +5257,28 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     }
 }
 
-// Whether a triangle's moments do.
-static int sss_bem__leaf_is_small(const sss_bem__linking *l, const sss_bem__node *leaf)
+// Whether a node's moments do.
+static int sss_bem__moments_do(const sss_bem__linking *l, const sss_bem__node *node)
 {
-    const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
-    float w[3][3], n[3];
+    float w[3][3], center[3], n[3];
     int k, i;
     for (i = 0; i < 3; i++)
     {
         n[i] = l->midpoint.n[i][0];
+        center[i] = node->center[i] - l->midpoint.x[i][0];
+    }
+    if (node->triangle == UINT32_MAX)
+    {
+        return sss_bem__is_small(&l->bem->model, center, n, 4.0f * node->radius * node->radius, 0.8f);
+    }
+    for (i = 0; i < 3; i++)
+    {
         for (k = 0; k < 3; k++)
         {
-            w[k][i] = corners->x[k][i] - l->midpoint.x[i][0];
+            w[k][i] = l->bem->corners[node->triangle].x[k][i] - l->midpoint.x[i][0];
         }
     }
-    return sss_bem__is_small(&l->bem->model, (const float (*)[3])w, n, 0.1f);
+    return sss_bem__is_small_triangle(&l->bem->model, (const float (*)[3])w, n, 0.2f);
 }
 
 // F(A, x_o) of eq. 7 between the receiver's midpoint and a cluster: by the moments of its area where that is enough,
@@ -5285,7 +5297,7 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
         sss_bem__add_sample(l, e->center, e->area, factor);
         return;
     }
-    if (e->triangle == UINT32_MAX ? !is_near : sss_bem__leaf_is_small(l, e))
+    if ((!is_near && e->triangle == UINT32_MAX) || (!b->options.point_sampling && sss_bem__moments_do(l, e)))
     {
         sss_bem__factor mean_factor;
         sss_bem__cluster_factor(&b->model, &l->midpoint, 0, e, mean_factor);
