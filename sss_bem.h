@@ -5072,6 +5072,7 @@ typedef struct sss_bem__linking
     float (*gathered)[3];           // [node_count], or NULL
     sss_bem__cluster_link *links;   // or NULL
     size_t count;
+    float small[3];                 // sizes over distance below which moments, 7 and 16 points do
     double single_area;             // what one sample stands for: pi times the square of the least mean free path
     sss_bem__lanes midpoint;        // of the receiver, in lane 0
     uint32_t midpoint_of;
@@ -5169,8 +5170,7 @@ static void sss_bem__sample_triangle(const sss_bem__linking *l, const sss_bem__n
 }
 
 // Whether something of a size, its center as the receiver sees it, is smaller than a share of its distance from every
-// source, and than four times that share of a mean free path: at 1.2 and 0.6 the rules of 16 and of 7 points leave 1e-3
-// of a triangle or less, at 0.2 its moments do, and of a cluster 1e-2 at 0.8.
+// source, and than four times that share of a mean free path.
 static int sss_bem__is_small(const sss_bem__model *m, const float center[3], const float n[3], float size2, float share)
 {
     const float squares[2] = {sss_bem__dotf(center, center), sss_bem__dotf(center, n)};
@@ -5207,6 +5207,15 @@ static int sss_bem__is_small_triangle(const sss_bem__model *m, const float w[3][
     return sss_bem__is_small(m, center, n, longest2, share);
 }
 
+// Moments leave an error of the fourth order in size over distance, 7 points of the sixth: they may be the larger, the
+// coarser the links are. At 0.2, 0.6 and 1.2 the sum over all pairs is right to 1e-6.
+static void sss_bem__choose_small(double epsilon_2, float small[3])
+{
+    small[0] = (float)sss_bem__max(0.2, sss_bem__min(0.5, 0.9 * sqrt(sqrt(epsilon_2))));
+    small[1] = (float)sss_bem__max(0.6, sss_bem__min(1.0, 1.2 * pow(epsilon_2, 1.0 / 6.0)));
+    small[2] = 2.0f * small[1];
+}
+
 // The form factor of a triangle that is projected onto the plane of its cluster.
 static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__node *leaf, const float center[3],
                                    const float normal[3], float factor[3])
@@ -5235,9 +5244,9 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
         n[i] = l->midpoint.n[i][0];
         up[i] = facing * normal[i]; // a face that is turned over counts positive as well
     }
-    if (sss_bem__is_small_triangle(m, (const float (*)[3])w, n, 1.2f))
+    if (sss_bem__is_small_triangle(m, (const float (*)[3])w, n, l->small[2]))
     {
-        const int near_rule = sss_bem__is_small_triangle(m, (const float (*)[3])w, n, 0.6f);
+        const int near_rule = sss_bem__is_small_triangle(m, (const float (*)[3])w, n, l->small[1]);
         sss_bem__points_factor(m, near_rule ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
                                leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), points, 0);
         for (c = 0; c < 3; c++)
@@ -5251,7 +5260,7 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     {
         for (kind = 0; kind < 2; kind++)
         {
-            sss_bem__triangle_source(m, &m->rule[1], kind, c, &view, parts);
+            sss_bem__triangle_source(m, &m->rule[l->bem->options.epsilon_2 < 0.03], kind, c, &view, parts);
             factor[c] += m->scale[c] * (parts[0] + parts[1] + parts[2]);
         }
     }
@@ -5278,7 +5287,7 @@ static int sss_bem__moments_do(const sss_bem__linking *l, const sss_bem__node *n
             w[k][i] = l->bem->corners[node->triangle].x[k][i] - l->midpoint.x[i][0];
         }
     }
-    return sss_bem__is_small_triangle(&l->bem->model, (const float (*)[3])w, n, 0.2f);
+    return sss_bem__is_small_triangle(&l->bem->model, (const float (*)[3])w, n, l->small[0]);
 }
 
 // F(A, x_o) of eq. 7 between the receiver's midpoint and a cluster: by the moments of its area where that is enough,
@@ -5440,6 +5449,7 @@ static void sss_bem__part_task(void *context, size_t begin, size_t end)
         }
         l.bem = s->bem;
         l.single_area = SSS_BEM__PI * path * path;
+        sss_bem__choose_small(s->bem->options.epsilon_2, l.small);
         l.gathered = s->gathered;
         l.midpoint_of = UINT32_MAX;
         if (part < s->bem->chunk_count)
