@@ -58,7 +58,7 @@ demo:
 	@sh tests/setup.sh demo
 	@$(MAKE) --no-print-directory $(JOBS) demo-run
 
-demo-run: all $(BUNNY)
+demo-run: $(EXAMPLES) $(BUNNY)
 	sh examples/gallery.sh
 	@echo "The picture is $(CURDIR)/examples/pictures/gallery.png"
 

@@ -1595,9 +1595,8 @@ SSS_BEM_API double sss_bem_form_factor_taylor(const double *corners, size_t corn
 
 enum
 {
-    SSS_BEM__LANES = 16,  // receivers in a row: those share their links
-    SSS_BEM__CLASSES = 256, // of sizes of clusters
-    SSS_BEM__BATCH = 32   // links, or pairs, whose factors are computed at a time
+    SSS_BEM__LANES = 16,   // receivers in a row: those share their links
+    SSS_BEM__CLASSES = 256 // of sizes of clusters
 };
 
 // How light reaches receivers. Links are of a whole row: clusters by their moments, triangles that are nearer by points
@@ -1675,6 +1674,8 @@ typedef struct sss_bem__model
     float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
     sss_bem__rule rule[2]; // of edges, of long edges
     int rough;             // the registers' own estimates of 1/sqrt and a short exp are good enough
+    int half_k;            // k is kept in 16 bits
+    size_t factor_words;
     float height2[2][3], square[2][3], weight[2][3], decay[3]; // 2 h, h^2, z scale, -sigma/ln 2: for the registers
 } sss_bem__model;
 
@@ -1692,12 +1693,62 @@ typedef struct sss_bem__corners
     float normal[3];
 } sss_bem__corners;
 
-// Factors, [3][channel][lane of the row, or pair of the block]. Of a triangle: for the irradiance at its corners. Of a
-// cluster: k, a, b, so that its light is k int E dA + (a w + b n) . int E (x - center) dA, with w from the receiver to
-// the center and n the receiver's normal.
-typedef float sss_bem__factor[3][3][SSS_BEM__LANES];
+// What a link or pair gives, for each channel and lane (of the row, or place in a block of pairs): k, a, b. A cluster
+// gives k int E dA + (a w + b n) . int E (x - center) dA, with w from the receiver to the center and n the receiver's
+// normal; a triangle with the irradiances E_0, E_1, E_2 at its corners gives k E_0 + a (E_1 - E_0) + b (E_2 - E_0).
+// What render mode costs is reading these, so they are kept short: a and b, which only say how light varies, have 8 bits
+// of mantissa, and so has k at loose tolerances. Sums on the fly use the same rounded numbers.
+//     words [0, 48): a in the upper half, b in the lower one, [channel][lane];   behind them k, in 32 bits or in 16
+enum
+{
+    SSS_BEM__BATCH = 32, // links, or pairs, whose factors are computed at a time
+    SSS_BEM__K_WORD = 3 * SSS_BEM__LANES,
+    SSS_BEM__FACTOR_WORDS = 6 * SSS_BEM__LANES,      // at most
+    SSS_BEM__HALF_FACTOR_WORDS = 9 * SSS_BEM__LANES / 2
+};
 
 // ---- the formulas, in plain C ----
+
+static uint32_t sss_bem__bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static float sss_bem__from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static void sss_bem__put_factor(int half_k, uint32_t *factor, int c, int lane, const float kab[3])
+{
+    const size_t place = (size_t)(c * SSS_BEM__LANES + lane);
+    const uint32_t a = sss_bem__bits(kab[1]) + 0x8000u, b = sss_bem__bits(kab[2]) + 0x8000u; // to the nearest
+    const uint32_t k = sss_bem__bits(kab[0]);
+    const uint16_t half = (uint16_t)((k + 0x8000u) >> 16);
+    factor[place] = (a & 0xffff0000u) | b >> 16;
+    if (half_k)
+    {
+        memcpy((unsigned char *)(factor + SSS_BEM__K_WORD) + place * sizeof half, &half, sizeof half);
+    }
+    else
+    {
+        factor[SSS_BEM__K_WORD + place] = k;
+    }
+}
+
+static void sss_bem__get_factor(int half_k, const uint32_t *factor, int c, int lane, float kab[3])
+{
+    const size_t place = (size_t)(c * SSS_BEM__LANES + lane);
+    uint16_t half;
+    memcpy(&half, (const unsigned char *)(factor + SSS_BEM__K_WORD) + place * sizeof half, sizeof half);
+    kab[0] = sss_bem__from_bits(half_k ? (uint32_t)half << 16 : factor[SSS_BEM__K_WORD + (half_k ? 0 : place)]);
+    kab[1] = sss_bem__from_bits(factor[place] & 0xffff0000u);
+    kab[2] = sss_bem__from_bits(factor[place] << 16);
+}
 
 // Gauss's rule with so many nodes on an edge: 4, 8 or 16.
 static void sss_bem__set_rule(int nodes, sss_bem__rule *out)
@@ -1740,7 +1791,7 @@ static float sss_bem__dotf(const float a[3], const float b[3])
 }
 
 static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                    const sss_bem__node *node, sss_bem__factor out)
+                                    const sss_bem__node *node, uint32_t *out)
 {
     const float *C = node->moment;
     float w[3], n[3], squares[2], forms[4], Cw[3], Cn[3];
@@ -1767,10 +1818,7 @@ static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lane
         float sums[3] = {0.0f, 0.0f, 0.0f};
         sss_bem__cluster_source(m, 0, c, squares, forms, sums);
         sss_bem__cluster_source(m, 1, c, squares, forms, sums);
-        for (i = 0; i < 3; i++)
-        {
-            out[i][c][lane] = sums[i];
-        }
+        sss_bem__put_factor(m->half_k, out, c, lane, sums);
     }
 }
 
@@ -1828,7 +1876,7 @@ static const sss_bem__points_rule sss_bem__close_rule = { // Dunavant, degree 8
 
 // A triangle by points, from its corners as the receiver sees them: factors for the irradiance at the corners.
 static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__points_rule *rule, const float w[3][3],
-                                   const float n[3], float area, sss_bem__factor out, int place)
+                                   const float n[3], float area, uint32_t *out, int place)
 {
     float x[3], squares[2], sums[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
     int q, i, k, c;
@@ -1850,18 +1898,16 @@ static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__point
             }
         }
     }
-    for (k = 0; k < 3; k++)
+    for (c = 0; c < 3; c++)
     {
-        for (c = 0; c < 3; c++)
-        {
-            out[k][c][place] = area * sums[k][c];
-        }
+        const float kab[3] = {area * (sums[0][c] + sums[1][c] + sums[2][c]), area * sums[1][c], area * sums[2][c]};
+        sss_bem__put_factor(m->half_k, out, c, place, kab);
     }
 }
 
 // A triangle near a row.
 static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                 const sss_bem__corners *corners, float area, sss_bem__factor out)
+                                 const sss_bem__corners *corners, float area, uint32_t *out)
 {
     float w[3][3], n[3];
     int i, k;
@@ -2027,7 +2073,7 @@ static void sss_bem__triangle_source(const sss_bem__model *m, const sss_bem__rul
 
 // One pair of a block.
 static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *b, int kind, int place,
-                                 sss_bem__factor out)
+                                 uint32_t *out)
 {
     const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
     sss_bem__view v;
@@ -2050,13 +2096,15 @@ static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *
     sss_bem__view_triangle((const float (*)[3])w, n, normal, &v);
     for (c = 0; c < 3; c++)
     {
-        float real[3], virtual_source[3];
+        float real[3], virtual_source[3], kab[3];
         sss_bem__triangle_source(m, rule, 0, c, &v, real);
         sss_bem__triangle_source(m, rule, 1, c, &v, virtual_source);
         for (k = 0; k < 3; k++)
         {
-            out[k][c][place] = m->scale[c] * (real[k] + virtual_source[k]);
+            kab[k] = m->scale[c] * (real[k] + virtual_source[k]);
         }
+        kab[0] += kab[1] + kab[2];
+        sss_bem__put_factor(m->half_k, out, c, place, kab);
     }
 }
 
@@ -2116,6 +2164,33 @@ SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__scale8(sss_bem__v8 a, sss_
     const __m256i bits = _mm256_slli_epi32(_mm256_add_epi32(power, _mm256_set1_epi32(127)), 23);
     return _mm256_mul_ps(a, _mm256_castsi256_ps(bits));
 }
+// Two floats rounded to 16 bits in one word, and back; and a row of rounded ones.
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__pack8(sss_bem__v8 a, sss_bem__v8 b)
+{
+    const __m256i half = _mm256_set1_epi32(0x8000);
+    const __m256i x = _mm256_and_si256(_mm256_add_epi32(_mm256_castps_si256(a), half), _mm256_set1_epi32(-65536));
+    const __m256i y = _mm256_srli_epi32(_mm256_add_epi32(_mm256_castps_si256(b), half), 16);
+    return _mm256_castsi256_ps(_mm256_or_si256(x, y));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__upper8(sss_bem__v8 a)
+{
+    return _mm256_castsi256_ps(_mm256_and_si256(_mm256_castps_si256(a), _mm256_set1_epi32(-65536)));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__lower8(sss_bem__v8 a)
+{
+    return _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_castps_si256(a), 16));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 void sss_bem__store_half8(void *at, sss_bem__v8 a)
+{
+    const __m256i x = _mm256_srli_epi32(_mm256_add_epi32(_mm256_castps_si256(a), _mm256_set1_epi32(0x8000)), 16);
+    const __m256i y = _mm256_permute4x64_epi64(_mm256_packus_epi32(x, x), 0x08);
+    _mm_storeu_si128((__m128i *)at, _mm256_castsi256_si128(y));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__load_half8(const void *at)
+{
+    const __m256i x = _mm256_cvtepu16_epi32(_mm_loadu_si128((const __m128i *)at));
+    return _mm256_castsi256_ps(_mm256_slli_epi32(x, 16));
+}
 // Splits a > 0 into 2^exponent and a mantissa in [1, 2).
 SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__exponent8(sss_bem__v8 a)
 {
@@ -2170,6 +2245,36 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__round16(sss_bem__v16 a)
 SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__scale16(sss_bem__v16 a, sss_bem__v16 n)
 {
     return _mm512_maskz_scalef_ps((__mmask16)0xffff, a, n);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 __m512i sss_bem__rounded16(sss_bem__v16 a) // its upper 16 bits
+{
+    return _mm512_maskz_add_epi32((__mmask16)0xffff, _mm512_castps_si512(a), _mm512_set1_epi32(0x8000));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__upper16(sss_bem__v16 a)
+{
+    return _mm512_castsi512_ps(
+        _mm512_maskz_and_epi32((__mmask16)0xffff, _mm512_castps_si512(a), _mm512_set1_epi32(-65536)));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__lower16(sss_bem__v16 a)
+{
+    return _mm512_castsi512_ps(_mm512_maskz_slli_epi32((__mmask16)0xffff, _mm512_castps_si512(a), 16));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__pack16(sss_bem__v16 a, sss_bem__v16 b)
+{
+    const __m512i x =
+        _mm512_maskz_and_epi32((__mmask16)0xffff, sss_bem__rounded16(a), _mm512_set1_epi32(-65536));
+    const __m512i y = _mm512_maskz_srli_epi32((__mmask16)0xffff, sss_bem__rounded16(b), 16);
+    return _mm512_castsi512_ps(_mm512_maskz_or_epi32((__mmask16)0xffff, x, y));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 void sss_bem__store_half16(void *at, sss_bem__v16 a)
+{
+    const __m512i x = _mm512_maskz_srli_epi32((__mmask16)0xffff, sss_bem__rounded16(a), 16);
+    _mm256_storeu_si256((__m256i *)at, _mm512_maskz_cvtepi32_epi16((__mmask16)0xffff, x));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__load_half16(const void *at)
+{
+    const __m512i x = _mm512_maskz_cvtepu16_epi32((__mmask16)0xffff, _mm256_loadu_si256((const __m256i *)at));
+    return _mm512_castsi512_ps(_mm512_maskz_slli_epi32((__mmask16)0xffff, x, 16));
 }
 SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__exponent16(sss_bem__v16 a)
 {
@@ -2228,6 +2333,33 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         y = sss_bem__fma##N(y, f, sss_bem__set##N(6.93147181e-1f));                                                    \
         return sss_bem__scale##N(sss_bem__fma##N(y, f, sss_bem__set##N(1.0f)), n);                                     \
     }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__put_factor##N(                                                    \
+        const sss_bem__model *m, uint32_t *factor, int c, int lane, sss_bem__v##N k, sss_bem__v##N a,                  \
+        sss_bem__v##N b)                                                                                               \
+    {                                                                                                                  \
+        uint32_t *ab = factor + c * SSS_BEM__LANES + lane;                                                             \
+        unsigned char *at = (unsigned char *)(factor + SSS_BEM__K_WORD);                                               \
+        sss_bem__store##N((float *)(void *)ab, sss_bem__pack##N(a, b));                                                \
+        if (m->half_k)                                                                                                 \
+        {                                                                                                              \
+            sss_bem__store_half##N(at + 2 * (c * SSS_BEM__LANES + lane), k);                                           \
+        }                                                                                                              \
+        else                                                                                                           \
+        {                                                                                                              \
+            sss_bem__store##N((float *)(void *)(at + 4 * (c * SSS_BEM__LANES + lane)), k);                             \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__get_factor##N(const sss_bem__model *m, const uint32_t *factor,    \
+                                                                   int c, int lane, sss_bem__v##N *kab)                \
+    {                                                                                                                  \
+        const unsigned char *at = (const unsigned char *)(factor + SSS_BEM__K_WORD);                                   \
+        const uint32_t *words = factor + c * SSS_BEM__LANES + lane;                                                    \
+        const sss_bem__v##N ab = sss_bem__load##N((const float *)(const void *)words);                                 \
+        kab[0] = m->half_k ? sss_bem__load_half##N(at + 2 * (c * SSS_BEM__LANES + lane))                               \
+                           : sss_bem__load##N((const float *)(const void *)(at + 4 * (c * SSS_BEM__LANES + lane)));    \
+        kab[1] = sss_bem__upper##N(ab);                                                                                \
+        kab[2] = sss_bem__lower##N(ab);                                                                                \
+    }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__log##N(sss_bem__v##N a)                                  \
     {                                                                                                                  \
         const sss_bem__v##N one = sss_bem__set##N(1.0f), e = sss_bem__exponent##N(a), x = sss_bem__mantissa##N(a);     \
@@ -2270,9 +2402,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
     }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__any_far_factors##N(                                               \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
-        size_t count, sss_bem__factor *out, const int rough)                                                           \
+        size_t count, uint32_t *out, const int rough)                                                                  \
     {                                                                                                                  \
-        int lane, c, i;                                                                                                \
+        int lane, c;                                                                                                   \
         for (lane = 0; lane < SSS_BEM__LANES; lane += N)                                                               \
         {                                                                                                              \
             const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + lane), nx = sss_bem__load##N(lanes->n[0] + lane);   \
@@ -2308,17 +2440,14 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                     sums[0] = sums[1] = sums[2] = zero;                                                                \
                     sss_bem__cluster_source##N(m, 0, c, squares, forms, sums, rough);                                  \
                     sss_bem__cluster_source##N(m, 1, c, squares, forms, sums, rough);                                  \
-                    for (i = 0; i < 3; i++)                                                                            \
-                    {                                                                                                  \
-                        sss_bem__store##N(out[k][i][c] + lane, sums[i]);                                               \
-                    }                                                                                                  \
+                    sss_bem__put_factor##N(m, out + k * m->factor_words, c, lane, sums[0], sums[1], sums[2]);          \
                 }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__far_factors##N(                                                            \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
-        size_t count, sss_bem__factor *out)                                                                            \
+        size_t count, uint32_t *out)                                                                                   \
     {                                                                                                                  \
         if (m->rough)                                                                                                  \
         {                                                                                                              \
@@ -2356,7 +2485,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
     }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__sum_points##N(                                                    \
         const sss_bem__model *m, const sss_bem__points_rule *rule, sss_bem__v##N (*w)[3], const sss_bem__v##N *n,      \
-        sss_bem__v##N area, int first, sss_bem__factor out, const int rough)                                           \
+        sss_bem__v##N area, int first, uint32_t *out, const int rough)                                                 \
     {                                                                                                                  \
         sss_bem__v##N sums[3][3], x[3], K[3];                                                                          \
         int q, i, k, c;                                                                                                \
@@ -2382,17 +2511,15 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 sums[2][c] = sss_bem__fma##N(c_3, weighted, sums[2][c]);                                               \
             }                                                                                                          \
         }                                                                                                              \
-        for (k = 0; k < 3; k++)                                                                                        \
+        for (c = 0; c < 3; c++)                                                                                        \
         {                                                                                                              \
-            for (c = 0; c < 3; c++)                                                                                    \
-            {                                                                                                          \
-                sss_bem__store##N(out[k][c] + first, area * sums[k][c]);                                               \
-            }                                                                                                          \
+            sss_bem__put_factor##N(m, out, c, first, area * (sums[0][c] + sums[1][c] + sums[2][c]),                    \
+                                   area * sums[1][c], area * sums[2][c]);                                              \
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__near_factors##N(                                                           \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__corners *corners, float area,             \
-        sss_bem__factor out)                                                                                           \
+        uint32_t *out)                                                                                                 \
     {                                                                                                                  \
         const sss_bem__points_rule *rule = &sss_bem__near_rule;                                                        \
         int first, i, k;                                                                                               \
@@ -2418,7 +2545,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__close_factors##N(const sss_bem__model *m, const sss_bem__block *b,         \
-                                                             sss_bem__factor out)                                      \
+                                                             uint32_t *out)                                            \
     {                                                                                                                  \
         int first, i, k;                                                                                               \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
@@ -2586,9 +2713,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__edge_factors##N(const sss_bem__model *m, const sss_bem__rule *rule,        \
-                                                            const sss_bem__block *b, sss_bem__factor out)         \
+                                                            const sss_bem__block *b, uint32_t *out)                    \
     {                                                                                                                  \
-        int first, c, k;                                                                                               \
+        int first, c;                                                                                                  \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
             sss_bem__view##N v;                                                                                        \
@@ -2599,10 +2726,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 sum[0] = sum[1] = sum[2] = sss_bem__set##N(0.0f);                                                      \
                 sss_bem__triangle_source##N(m, rule, 0, c, &v, sum);                                                   \
                 sss_bem__triangle_source##N(m, rule, 1, c, &v, sum);                                                   \
-                for (k = 0; k < 3; k++)                                                                                \
-                {                                                                                                      \
-                    sss_bem__store##N(out[k][c] + first, sum[k]);                                                      \
-                }                                                                                                      \
+                sss_bem__put_factor##N(m, out, c, first, sum[0] + sum[1] + sum[2], sum[1], sum[2]);                    \
             }                                                                                                          \
         }                                                                                                              \
     }
@@ -2639,8 +2763,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__add_far##N(                                                                \
-        const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__light *lights,                         \
-        const sss_bem__link *links, const sss_bem__factor *factors, size_t count, float (*light)[SSS_BEM__LANES])      \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes,                              \
+        const sss_bem__light *lights, const sss_bem__link *links, const uint32_t *factors, size_t count,               \
+        float (*light)[SSS_BEM__LANES])                                                                                \
     {                                                                                                                  \
         int first, c;                                                                                                  \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
@@ -2648,7 +2773,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + first), nx = sss_bem__load##N(lanes->n[0] + first); \
             const sss_bem__v##N y = sss_bem__load##N(lanes->x[1] + first), ny = sss_bem__load##N(lanes->n[1] + first); \
             const sss_bem__v##N z = sss_bem__load##N(lanes->x[2] + first), nz = sss_bem__load##N(lanes->n[2] + first); \
-            sss_bem__v##N sum[3];                                                                                      \
+            sss_bem__v##N sum[3], kab[3];                                                                              \
             size_t k;                                                                                                  \
             for (c = 0; c < 3; c++)                                                                                    \
             {                                                                                                          \
@@ -2657,21 +2782,20 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             for (k = 0; k < count; k++)                                                                                \
             {                                                                                                          \
                 const sss_bem__node *node = nodes + links[k].node;                                                     \
-                const sss_bem__light *from = lights + links[k].node;                                                   \
+                const float *from = lights[links[k].node].v;                                                           \
                 const sss_bem__v##N wx = sss_bem__set##N(node->center[0]) - x;                                         \
                 const sss_bem__v##N wy = sss_bem__set##N(node->center[1]) - y;                                         \
                 const sss_bem__v##N wz = sss_bem__set##N(node->center[2]) - z;                                         \
                 for (c = 0; c < 3; c++)                                                                                \
                 {                                                                                                      \
-                    const sss_bem__v##N mx = sss_bem__set##N(from->v[3 + 3 * c]);                                      \
-                    const sss_bem__v##N my = sss_bem__set##N(from->v[4 + 3 * c]);                                      \
-                    const sss_bem__v##N mz = sss_bem__set##N(from->v[5 + 3 * c]);                                      \
+                    const sss_bem__v##N mx = sss_bem__set##N(from[3 + 3 * c]);                                         \
+                    const sss_bem__v##N my = sss_bem__set##N(from[4 + 3 * c]);                                         \
+                    const sss_bem__v##N mz = sss_bem__set##N(from[5 + 3 * c]);                                         \
                     const sss_bem__v##N along = sss_bem__fma##N(wx, mx, sss_bem__fma##N(wy, my, wz * mz));             \
                     const sss_bem__v##N across = sss_bem__fma##N(nx, mx, sss_bem__fma##N(ny, my, nz * mz));            \
-                    sum[c] = sss_bem__fma##N(sss_bem__set##N(from->v[c]),                                              \
-                                             sss_bem__load##N(factors[k][0][c] + first), sum[c]);                      \
-                    sum[c] = sss_bem__fma##N(along, sss_bem__load##N(factors[k][1][c] + first), sum[c]);               \
-                    sum[c] = sss_bem__fma##N(across, sss_bem__load##N(factors[k][2][c] + first), sum[c]);              \
+                    sss_bem__get_factor##N(m, factors + k * m->factor_words, c, first, kab);                           \
+                    sum[c] = sss_bem__fma##N(sss_bem__set##N(from[c]), kab[0], sum[c]);                                \
+                    sum[c] = sss_bem__fma##N(along, kab[1], sss_bem__fma##N(across, kab[2], sum[c]));                  \
                 }                                                                                                      \
             }                                                                                                          \
             for (c = 0; c < 3; c++)                                                                                    \
@@ -2680,19 +2804,19 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             }                                                                                                          \
         }                                                                                                              \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__add_near##N(const float (*E)[3], const sss_bem__factor factor,             \
-                                                        float (*light)[SSS_BEM__LANES])                                \
+    SSS_BEM__TARGET##N static void sss_bem__add_near##N(const sss_bem__model *m, const float (*E)[3],                  \
+                                                        const uint32_t *factor, float (*light)[SSS_BEM__LANES])        \
     {                                                                                                                  \
-        int first, c, k;                                                                                               \
+        int first, c;                                                                                                  \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
             for (c = 0; c < 3; c++)                                                                                    \
             {                                                                                                          \
-                sss_bem__v##N sum = sss_bem__load##N(light[c] + first);                                                \
-                for (k = 0; k < 3; k++)                                                                                \
-                {                                                                                                      \
-                    sum = sss_bem__fma##N(sss_bem__set##N(E[k][c]), sss_bem__load##N(factor[k][c] + first), sum);      \
-                }                                                                                                      \
+                sss_bem__v##N sum = sss_bem__load##N(light[c] + first), kab[3];                                        \
+                sss_bem__get_factor##N(m, factor, c, first, kab);                                                      \
+                sum = sss_bem__fma##N(sss_bem__set##N(E[0][c]), kab[0], sum);                                          \
+                sum = sss_bem__fma##N(sss_bem__set##N(E[1][c] - E[0][c]), kab[1], sum);                                \
+                sum = sss_bem__fma##N(sss_bem__set##N(E[2][c] - E[0][c]), kab[2], sum);                                \
                 sss_bem__store##N(light[c] + first, sum);                                                              \
             }                                                                                                          \
         }                                                                                                              \
@@ -3490,6 +3614,8 @@ static void sss_bem__choose_rules(sss_bem *b)
     sss_bem__set_rule(tolerance >= 3e-3 ? 4 : tolerance >= 1e-3 ? 8 : 16, &b->model.rule[0]);
     sss_bem__set_rule(16, &b->model.rule[1]);
     b->model.rough = tolerance >= 1e-3;
+    b->model.half_k = tolerance >= 5e-3;
+    b->model.factor_words = b->model.half_k ? SSS_BEM__HALF_FACTOR_WORDS : SSS_BEM__FACTOR_WORDS;
 }
 
 static void sss_bem__set_model(sss_bem *b)
@@ -3956,27 +4082,25 @@ static int sss_bem__walk_on(sss_bem__walk *w)
 // ---- factors and sums ----
 
 // Receivers that have pairs instead get nothing from the link.
-static void sss_bem__mask_factors(const sss_bem__link *links, size_t count, sss_bem__factor *out)
+static void sss_bem__mask_factors(const sss_bem__model *m, const sss_bem__link *links, size_t count, uint32_t *out)
 {
+    static const float nothing[3] = {0.0f, 0.0f, 0.0f};
     size_t k;
-    int lane, i, c;
+    int lane, c;
     for (k = 0; k < count; k++)
     {
         for (lane = 0; lane < SSS_BEM__LANES && links[k].who != 0xffff; lane++)
         {
-            for (i = 0; i < 3 && !(links[k].who >> lane & 1u); i++)
+            for (c = 0; c < 3 && !(links[k].who >> lane & 1u); c++)
             {
-                for (c = 0; c < 3; c++)
-                {
-                    out[k][i][c][lane] = 0.0f;
-                }
+                sss_bem__put_factor(m->half_k, out + k * m->factor_words, c, lane, nothing);
             }
         }
     }
 }
 
 static void sss_bem__far_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
-                                 size_t count, sss_bem__factor *out)
+                                 size_t count, uint32_t *out)
 {
     size_t k;
     int lane;
@@ -3998,12 +4122,13 @@ static void sss_bem__far_factors(const sss_bem *b, const sss_bem__lanes *lanes, 
     {
         for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
-            sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node], out[k]);
+            sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node],
+                                    out + k * b->model.factor_words);
         }
     }
 }
 
-static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes, uint32_t index, sss_bem__factor out)
+static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes, uint32_t index, uint32_t *out)
 {
     const sss_bem__node *node = &b->nodes[index];
     const sss_bem__corners *corners = &b->corners[node->triangle];
@@ -4029,7 +4154,7 @@ static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes,
 }
 
 static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes, int kind, const sss_bem__link *links,
-                                  size_t count, sss_bem__factor *out)
+                                  size_t count, uint32_t *out)
 {
     size_t k;
     if (kind == SSS_BEM__FAR)
@@ -4039,9 +4164,9 @@ static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes,
     }
     for (k = 0; k < count; k++)
     {
-        sss_bem__near_factors(b, lanes, links[k].node, out[k]);
+        sss_bem__near_factors(b, lanes, links[k].node, out + k * b->model.factor_words);
     }
-    sss_bem__mask_factors(links, count, out);
+    sss_bem__mask_factors(&b->model, links, count, out);
 }
 
 static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *pairs,
@@ -4069,7 +4194,7 @@ static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, c
 
 // Factors of up to a block of pairs of one kind.
 static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *pairs, int kind,
-                                  size_t count, sss_bem__factor out)
+                                  size_t count, uint32_t *out)
 {
     const sss_bem__model *m = &b->model;
     sss_bem__block block;
@@ -4104,21 +4229,21 @@ typedef struct sss_bem__sums
 } sss_bem__sums;
 
 static void sss_bem__add_far(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
-                             const sss_bem__factor *factors, size_t count, float (*light)[SSS_BEM__LANES])
+                             const uint32_t *factors, size_t count, float (*light)[SSS_BEM__LANES])
 {
     size_t k;
     int c, i, lane;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__add_far16(lanes, b->nodes, b->lights, links, factors, count, light);
+        sss_bem__add_far16(&b->model, lanes, b->nodes, b->lights, links, factors, count, light);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__add_far8(lanes, b->nodes, b->lights, links, factors, count, light);
+        sss_bem__add_far8(&b->model, lanes, b->nodes, b->lights, links, factors, count, light);
         return;
     }
 #endif
@@ -4130,35 +4255,42 @@ static void sss_bem__add_far(const sss_bem *b, const sss_bem__lanes *lanes, cons
         {
             for (lane = 0; lane < SSS_BEM__LANES; lane++)
             {
-                float along = 0.0f, across = 0.0f;
+                float along = 0.0f, across = 0.0f, kab[3];
+                sss_bem__get_factor(b->model.half_k, factors + k * b->model.factor_words, c, lane, kab);
                 for (i = 0; i < 3; i++)
                 {
                     along += (center[i] - lanes->x[i][lane]) * from->v[3 + 3 * c + i];
                     across += lanes->n[i][lane] * from->v[3 + 3 * c + i];
                 }
-                light[c][lane] += from->v[c] * factors[k][0][c][lane] + along * factors[k][1][c][lane]
-                                  + across * factors[k][2][c][lane];
+                light[c][lane] += from->v[c] * kab[0] + along * kab[1] + across * kab[2];
             }
         }
     }
 }
 
-static void sss_bem__add_near(const sss_bem *b, uint32_t node, const sss_bem__factor factor,
-                              float (*light)[SSS_BEM__LANES])
+// A triangle's light for one lane.
+static float sss_bem__triangle_light(const sss_bem *b, const float (*E)[3], const uint32_t *factor, int c, int lane)
+{
+    float kab[3];
+    sss_bem__get_factor(b->model.half_k, factor, c, lane, kab);
+    return E[0][c] * kab[0] + (E[1][c] - E[0][c]) * kab[1] + (E[2][c] - E[0][c]) * kab[2];
+}
+
+static void sss_bem__add_near(const sss_bem *b, uint32_t node, const uint32_t *factor, float (*light)[SSS_BEM__LANES])
 {
     const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[node].triangle];
     int c, lane;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__add_near16(E, factor, light);
+        sss_bem__add_near16(&b->model, E, factor, light);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__add_near8(E, factor, light);
+        sss_bem__add_near8(&b->model, E, factor, light);
         return;
     }
 #endif
@@ -4166,14 +4298,13 @@ static void sss_bem__add_near(const sss_bem *b, uint32_t node, const sss_bem__fa
     {
         for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
-            light[c][lane] +=
-                E[0][c] * factor[0][c][lane] + E[1][c] * factor[1][c][lane] + E[2][c] * factor[2][c][lane];
+            light[c][lane] += sss_bem__triangle_light(b, E, factor, c, lane);
         }
     }
 }
 
 static void sss_bem__add_links(const sss_bem *b, const sss_bem__lanes *lanes, int kind, const sss_bem__link *links,
-                               const sss_bem__factor *factors, size_t count, sss_bem__sums *sums)
+                               const uint32_t *factors, size_t count, sss_bem__sums *sums)
 {
     size_t k;
     if (kind == SSS_BEM__FAR)
@@ -4183,11 +4314,11 @@ static void sss_bem__add_links(const sss_bem *b, const sss_bem__lanes *lanes, in
     }
     for (k = 0; k < count; k++)
     {
-        sss_bem__add_near(b, links[k].node, (const float (*)[3][SSS_BEM__LANES])factors[k], sums->light[kind]);
+        sss_bem__add_near(b, links[k].node, factors + k * b->model.factor_words, sums->light[kind]);
     }
 }
 
-static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__link *pairs, const sss_bem__factor factors,
+static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__link *pairs, const uint32_t *factors,
                                size_t count, float (*light)[SSS_BEM__LANES])
 {
     size_t k;
@@ -4197,8 +4328,7 @@ static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__link *pairs, con
         const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[pairs[k].node].triangle];
         for (c = 0; c < 3; c++)
         {
-            light[c][pairs[k].who] +=
-                E[0][c] * factors[0][c][k] + E[1][c] * factors[1][c][k] + E[2][c] * factors[2][c][k];
+            light[c][pairs[k].who] += sss_bem__triangle_light(b, E, factors, c, (int)k);
         }
     }
 }
@@ -4233,9 +4363,9 @@ static void sss_bem__gather_pairs(const sss_bem *b, sss_bem__walk *w, int kind, 
     while (done + SSS_BEM__LANES <= w->counts[kind] || (all && done < w->counts[kind]))
     {
         const size_t count = sss_bem__at_most(w->counts[kind] - done, SSS_BEM__LANES);
-        sss_bem__factor factors;
+        uint32_t factors[SSS_BEM__FACTOR_WORDS];
         sss_bem__pair_factors(b, w->lanes, pairs + done, kind, count, factors);
-        sss_bem__add_pairs(b, pairs + done, (const float (*)[3][SSS_BEM__LANES])factors, count, sums->light[kind]);
+        sss_bem__add_pairs(b, pairs + done, factors, count, sums->light[kind]);
         done += count;
     }
     w->counts[kind] -= done;
@@ -4246,7 +4376,7 @@ static void sss_bem__gather(const sss_bem *b, const sss_bem__lanes *lanes, const
                             size_t lane_count, sss_bem__sums *sums)
 {
     sss_bem__walk walk;
-    sss_bem__factor factors[SSS_BEM__BATCH];
+    uint32_t factors[SSS_BEM__BATCH * SSS_BEM__FACTOR_WORDS];
     int more = 1, kind;
     memset(sums, 0, sizeof *sums);
     sss_bem__start_walk(b, lanes, spheres, lane_count, 1, &walk);
@@ -4257,7 +4387,7 @@ static void sss_bem__gather(const sss_bem *b, const sss_bem__lanes *lanes, const
         {
             const size_t count = walk.counts[kind];
             sss_bem__link_factors(b, lanes, kind, walk.links[kind], count, factors);
-            sss_bem__add_links(b, lanes, kind, walk.links[kind], (const sss_bem__factor *)factors, count, sums);
+            sss_bem__add_links(b, lanes, kind, walk.links[kind], factors, count, sums);
             walk.counts[kind] = 0;
         }
         for (kind = SSS_BEM__LINK_KINDS; kind < SSS_BEM__KINDS; kind++)
@@ -5700,7 +5830,7 @@ SSS_BEM_API sss_result sss_bem_gather(const sss_bem *bem, const float *positions
 
 typedef struct sss_bem__stored
 {
-    sss_bem__factor *factors[SSS_BEM__KINDS];
+    uint32_t *factors[SSS_BEM__KINDS];
     sss_bem__link *links[SSS_BEM__KINDS];
 } sss_bem__stored;
 
@@ -5709,26 +5839,26 @@ static size_t sss_bem__factor_count(int kind, size_t count)
     return kind < SSS_BEM__LINK_KINDS ? count : (count + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
 }
 
-static size_t sss_bem__stored_bytes(const size_t *counts)
+static size_t sss_bem__stored_bytes(const sss_bem *b, const size_t *counts)
 {
     size_t bytes = 0;
     int kind;
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
-        bytes += sss_bem__factor_count(kind, counts[kind]) * sizeof(sss_bem__factor)
+        bytes += sss_bem__factor_count(kind, counts[kind]) * b->model.factor_words * sizeof(uint32_t)
                  + counts[kind] * sizeof(sss_bem__link);
     }
     return bytes;
 }
 
-static sss_bem__stored sss_bem__open(unsigned char *data, const size_t *counts)
+static sss_bem__stored sss_bem__open(const sss_bem *b, unsigned char *data, const size_t *counts)
 {
     sss_bem__stored s;
     int kind;
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
-        s.factors[kind] = (sss_bem__factor *)(void *)data;
-        data += sss_bem__factor_count(kind, counts[kind]) * sizeof *s.factors[kind];
+        s.factors[kind] = (uint32_t *)(void *)data;
+        data += sss_bem__factor_count(kind, counts[kind]) * b->model.factor_words * sizeof *s.factors[kind];
         s.links[kind] = (sss_bem__link *)(void *)data;
         data += counts[kind] * sizeof *s.links[kind];
     }
@@ -5747,11 +5877,11 @@ static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
         sss_bem__shade_row(b, row, radiosity);
         return;
     }
-    s = sss_bem__open(r->data, r->counts);
+    s = sss_bem__open(b, r->data, r->counts);
     memset(&sums, 0, sizeof sums);
     for (kind = 0; kind < SSS_BEM__LINK_KINDS; kind++)
     {
-        sss_bem__add_links(b, &b->lanes[row], kind, s.links[kind], (const sss_bem__factor *)s.factors[kind],
+        sss_bem__add_links(b, &b->lanes[row], kind, s.links[kind], s.factors[kind],
                            r->counts[kind], &sums);
     }
     for (kind = SSS_BEM__LINK_KINDS; kind < SSS_BEM__KINDS; kind++)
@@ -5759,7 +5889,7 @@ static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
         for (done = 0; done < r->counts[kind]; done += SSS_BEM__LANES)
         {
             sss_bem__add_pairs(b, s.links[kind] + done,
-                               (const float (*)[3][SSS_BEM__LANES])s.factors[kind][done / SSS_BEM__LANES],
+                               s.factors[kind] + done / SSS_BEM__LANES * b->model.factor_words,
                                sss_bem__at_most(r->counts[kind] - done, SSS_BEM__LANES), sums.light[kind]);
         }
     }
@@ -5883,7 +6013,7 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
     sss_bem__start_walk(b, &b->lanes[plan->row], &b->spheres[plan->row], r->count, 0, &walk);
     if (r->data != NULL)
     {
-        old = sss_bem__open(r->data, r->counts);
+        old = sss_bem__open(b, r->data, r->counts);
         walk.since = r->moved <= r->stamp ? r->stamp : 0;
     }
     while (more)
@@ -5931,14 +6061,26 @@ static int sss_bem__make_room(const sss_hooks *hooks, sss_bem__plan *plan)
     return plan->entries != NULL;
 }
 
+static void sss_bem__copy_place(const sss_bem__model *m, const uint32_t *from, size_t from_place, uint32_t *to,
+                                size_t to_place)
+{
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        float kab[3];
+        sss_bem__get_factor(m->half_k, from, c, (int)from_place, kab);
+        sss_bem__put_factor(m->half_k, to, c, (int)to_place, kab);
+    }
+}
+
 // Computes the factors of the links or pairs `which` into their places.
 static void sss_bem__fill_factors(const sss_bem *b, const sss_bem__lanes *lanes, int kind, sss_bem__stored *s,
                           const size_t *which, size_t count)
 {
     sss_bem__link links[SSS_BEM__BATCH] = {{0, 0}};
-    sss_bem__factor factors[SSS_BEM__BATCH];
+    uint32_t factors[SSS_BEM__BATCH * SSS_BEM__FACTOR_WORDS];
+    const size_t words = b->model.factor_words;
     size_t k;
-    int i, c;
     for (k = 0; k < count; k++)
     {
         links[k] = s->links[kind][which[k]];
@@ -5949,42 +6091,34 @@ static void sss_bem__fill_factors(const sss_bem *b, const sss_bem__lanes *lanes,
     }
     else
     {
-        sss_bem__pair_factors(b, lanes, links, kind, count, factors[0]);
+        sss_bem__pair_factors(b, lanes, links, kind, count, factors);
     }
     for (k = 0; k < count; k++)
     {
         if (kind < SSS_BEM__LINK_KINDS)
         {
-            memcpy(s->factors[kind][which[k]], factors[k], sizeof factors[k]);
-            continue;
+            memcpy(s->factors[kind] + which[k] * words, factors + k * words, words * sizeof *factors);
         }
-        for (i = 0; i < 3; i++)
+        else
         {
-            for (c = 0; c < 3; c++)
-            {
-                s->factors[kind][which[k] / SSS_BEM__LANES][i][c][which[k] % SSS_BEM__LANES] = factors[0][i][c][k];
-            }
+            sss_bem__copy_place(&b->model, factors, k, s->factors[kind] + which[k] / SSS_BEM__LANES * words,
+                                which[k] % SSS_BEM__LANES);
         }
     }
 }
 
-static void sss_bem__copy_factor(int kind, sss_bem__stored *from, size_t from_place, sss_bem__stored *to,
-                                 size_t to_place)
+static void sss_bem__copy_factor(const sss_bem__model *m, int kind, const sss_bem__stored *from, size_t from_place,
+                                 sss_bem__stored *to, size_t to_place)
 {
-    int i, c;
+    const size_t words = m->factor_words;
     if (kind < SSS_BEM__LINK_KINDS)
     {
-        memcpy(to->factors[kind][to_place], from->factors[kind][from_place], sizeof to->factors[kind][to_place]);
+        memcpy(to->factors[kind] + to_place * words, from->factors[kind] + from_place * words,
+               words * sizeof *to->factors[kind]);
         return;
     }
-    for (i = 0; i < 3; i++)
-    {
-        for (c = 0; c < 3; c++)
-        {
-            to->factors[kind][to_place / SSS_BEM__LANES][i][c][to_place % SSS_BEM__LANES] =
-                from->factors[kind][from_place / SSS_BEM__LANES][i][c][from_place % SSS_BEM__LANES];
-        }
-    }
+    sss_bem__copy_place(m, from->factors[kind] + from_place / SSS_BEM__LANES * words, from_place % SSS_BEM__LANES,
+                        to->factors[kind] + to_place / SSS_BEM__LANES * words, to_place % SSS_BEM__LANES);
 }
 
 // Brings a row up to date as planned: in place where its lists stay, else into its new data. Factors that cannot be
@@ -5992,18 +6126,18 @@ static void sss_bem__copy_factor(int kind, sss_bem__stored *from, size_t from_pl
 static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
 {
     const sss_bem__row *r = &b->rows[plan->row];
-    sss_bem__stored old, to = sss_bem__open(plan->same ? r->data : plan->data, plan->counts);
+    sss_bem__stored old, to = sss_bem__open(b, plan->same ? r->data : plan->data, plan->counts);
     size_t waiting[SSS_BEM__BATCH], wait, k;
     int kind;
     memset(&old, 0, sizeof old);
     if (r->data != NULL)
     {
-        old = sss_bem__open(r->data, r->counts);
+        old = sss_bem__open(b, r->data, r->counts);
     }
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
         const sss_bem__entry *entries = plan->entries + plan->begin[kind];
-        const size_t most = kind < SSS_BEM__LINK_KINDS ? SSS_BEM__BATCH : SSS_BEM__LANES;
+        const size_t most = kind < SSS_BEM__LINK_KINDS ? (size_t)SSS_BEM__BATCH : (size_t)SSS_BEM__LANES;
         wait = 0;
         for (k = 0; k < plan->counts[kind]; k++)
         {
@@ -6014,7 +6148,7 @@ static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
             }
             else if (!plan->same)
             {
-                sss_bem__copy_factor(kind, &old, entries[k].from, &to, k);
+                sss_bem__copy_factor(&b->model, kind, &old, entries[k].from, &to, k);
             }
             if (wait > 0 && (wait == most || k + 1 == plan->counts[kind]))
             {
@@ -6090,7 +6224,7 @@ static size_t sss_bem__allocate_rows(sss_bem__update *u, size_t count)
         if (!plan->same)
         {
             plan->data =
-                (unsigned char *)sss_bem__allocate(&u->bem->hooks, sss_bem__stored_bytes(plan->counts), 1);
+                (unsigned char *)sss_bem__allocate(&u->bem->hooks, sss_bem__stored_bytes(u->bem, plan->counts), 1);
             if (plan->data == NULL)
             {
                 break;
@@ -6110,7 +6244,7 @@ static void sss_bem__finish_rows(sss_bem__update *u, size_t count)
         {
             sss_bem__release(&u->bem->hooks, r->data);
             r->data = u->plans[k].data;
-            r->capacity = sss_bem__stored_bytes(u->plans[k].counts);
+            r->capacity = sss_bem__stored_bytes(u->bem, u->plans[k].counts);
             memcpy(r->counts, u->plans[k].counts, sizeof r->counts);
         }
         r->stamp = u->bem->generation;

@@ -1597,9 +1597,16 @@ static void sss_dipole__area_vector(const double a[3], const double b[3], const 
 
 SSS_DIPOLE_API sss_result sss_dipole_vertex_normals(const sss_mesh *mesh, float *normals)
 {
-    const sss_result result = sss_dipole__check_mesh(mesh);
+    sss_mesh bare; // without normals: mesh->normals may be the very array that is to be filled
+    sss_result result = SSS_ERROR_INVALID_ARGUMENT;
     size_t t, v;
     int i, k;
+    if (mesh != NULL)
+    {
+        bare = *mesh;
+        bare.normals = NULL;
+        result = sss_dipole__check_mesh(&bare);
+    }
     if (result != SSS_OK || normals == NULL)
     {
         return result != SSS_OK ? result : SSS_ERROR_INVALID_ARGUMENT;

@@ -763,8 +763,10 @@ static int compare_with_reference(bake *b)
             c.indices[i] = (size_t)((double)vertices * ((double)i + 0.5) / (double)c.count);
         }
         vertex_areas(&b->model, c.area);
+        // A hundredth of what is asked for; reference_error, its estimate, bounds its error from far above.
+        const double asked = b->o.tolerance > 0.0 ? b->o.tolerance : 1e-3;
         const reference_options exact = {.geometry = b->job.geometry, .elements = SSS_DIPOLE_VERTICES,
-                                         .guard = b->result.guard};
+                                         .tolerance = fmax(1e-6, 0.01 * asked), .guard = b->result.guard};
         const int code = reference_radiosity_many(&b->mesh, &b->profile, b->irradiance, &exact, b->mesh.positions,
                                                   b->mesh.normals, c.indices, c.count, b->o.threads, c.B, c.error);
         status = code == 1 ? fail(b, "the reference ran out of memory") : 0;

@@ -277,13 +277,19 @@ static void methods_and_geometries_differ_as_they_should(void)
 }
 
 static void threads_change_nothing(void)
-{
+{   // Oracle: one thread against three, bit for bit.
+    static const char *const methods[] = {"direct", "bem"};
     char one[1 << 16], three[1 << 16];
-    if (CHECK_EQUAL(bake(MESH " %s --threads 1 --dump " FOLDER "B1.f32", scene), 0) &&
-        CHECK_EQUAL(bake(MESH " %s --threads 3 --dump " FOLDER "B3.f32", scene), 0))
+    for (size_t i = 0; i < sizeof methods / sizeof methods[0]; ++i)
     {
-        const size_t size = read_file(FOLDER "B1.f32", one, sizeof one);
-        CHECK(size > 100 && size == read_file(FOLDER "B3.f32", three, sizeof three) && memcmp(one, three, size) == 0);
+        test_about("%s", methods[i]);
+        if (CHECK_EQUAL(bake(MESH " %s --method %s --threads 1 --dump " FOLDER "B1.f32", scene, methods[i]), 0) &&
+            CHECK_EQUAL(bake(MESH " %s --method %s --threads 3 --dump " FOLDER "B3.f32", scene, methods[i]), 0))
+        {
+            const size_t size = read_file(FOLDER "B1.f32", one, sizeof one);
+            CHECK(size > 100 && size == read_file(FOLDER "B3.f32", three, sizeof three));
+            CHECK(memcmp(one, three, size) == 0);
+        }
     }
 }
 
@@ -463,11 +469,11 @@ static void bem_keeps_its_prediction(void)
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; ++i)
     {
         test_about("tolerance %g", tolerances[i]);
-        if (CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method bem --tolerance %g --report --reference 60", unsized,
+        if (CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method bem --tolerance %g --report --reference 40", unsized,
                              tolerances[i]), 0))
         {
             CHECK_BELOW(reported("rel_l2"), tolerances[i]);
-            // 60 vertices stand for all: what they show scatters by some 20 %.
+            // 40 vertices stand for all: what they show scatters by some 20 %.
             CHECK_BELOW(reported("rel_l2") - reported("reference_error"), 1.2 * reported("predicted_error"));
             CHECK_REL(reported("tolerance"), tolerances[i], 1e-5);
         }
@@ -494,17 +500,6 @@ static void spurious_light_is_warned_of(void)
         test_about("%s", methods[i]);
         CHECK_EQUAL(bake(CUBE " %s --size-mm 40 --report --method %s", unsized, methods[i]), 0);
         CHECK(reported("spurious_vertices") <= 0.0 && strstr(g_complained, "brighter") == NULL);
-    }
-}
-
-static void bem_threads_change_nothing(void)
-{
-    char one[1 << 16], three[1 << 16];
-    if (CHECK_EQUAL(bake(MESH " %s --method bem --threads 1 --dump " FOLDER "B1.f32", scene), 0) &&
-        CHECK_EQUAL(bake(MESH " %s --method bem --threads 3 --dump " FOLDER "B3.f32", scene), 0))
-    {
-        const size_t size = read_file(FOLDER "B1.f32", one, sizeof one);
-        CHECK(size > 100 && size == read_file(FOLDER "B3.f32", three, sizeof three) && memcmp(one, three, size) == 0);
     }
 }
 
@@ -820,7 +815,6 @@ int main(int argc, char **argv)
                                       TEST(bem_agrees_with_direct_placed),
                                       TEST(bem_keeps_its_prediction),
                                       TEST(spurious_light_is_warned_of),
-                                      TEST(bem_threads_change_nothing),
                                       TEST(auto_takes_the_least_that_does),
                                       TEST(bem_says_what_it_cannot_do),
                                       TEST(materials_may_be_given_in_three_ways),

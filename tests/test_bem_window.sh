@@ -3,25 +3,11 @@
 # say, and what it prints of its times follows.     BEM: the program, build/bem if not given
 cd "$(dirname "$0")/.." || exit 1
 . tests/compile/jobs.sh
-for tool in Xvfb xdotool; do
-    have $tool || { echo "$tool is not installed"; echo "0 passed, 1 failed"; exit 1; }
-done
+. tests/common/window.sh
+need Xvfb xdotool
 bem=${BEM:-build/bem}
 
-wait_for() # seconds, command...: until it succeeds
-{
-    tries=$(($1 * 10)); shift
-    while ! "$@"; do
-        tries=$((tries - 1))
-        [ $tries -gt 0 ] || return 1
-        sleep 0.1
-    done
-}
-
-picture() { tail -c $((1024 * 1000 * 4)) "$work/Xvfb_screen0" | cksum; }
-changed() { [ "$(picture)" != "$1" ]; }
 said() { tail -n 1 "$work/said" | grep -q -e "$1"; }
-gone() { ! kill -0 "$1" 2>/dev/null; }
 press() { DISPLAY=$display xdotool key --delay 80 "$1" >>"$work/log" 2>&1; }
 
 # A key, and what the next line of times must then say.
@@ -32,18 +18,15 @@ after() # key, text
     cp "$work/said" "$work/after-$1.said"
 }
 
-Xvfb -displayfd 3 -screen 0 1024x1000x24 -fbdir "$work" 3>"$work/number" >"$work/log" 2>&1 &
-server=$!
-wait_for 20 test -s "$work/number"
-display=:$(cat "$work/number")
+start_server "$work"
 DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 "$bem" >"$work/said" 2>&1 &
 program=$!
 
 wait_for 60 said 'candle, .* on the fly: .*scatter'; started=$?
 window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$work/log" | head -n 1)
 DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 >>"$work/log" 2>&1
-before=$(picture)
-wait_for 20 changed "$before"; moving=$?
+before=$(picture "$work")
+wait_for 20 changed "$work" "$before"; moving=$?
 after i 'candle, .* wax, incremental:'
 after h 'candle, .* render: move 0.0,'
 after m 'candle, .* 100 mm, .* skimmilk,'

@@ -3,6 +3,7 @@
 // and brute force on a curved mesh.
 
 #include "common/meshes.h"
+#include "common/numbers.h"
 #include "common/polygon.h"
 #include "common/quadrature.h"
 #include "common/reference.h"
@@ -49,16 +50,6 @@ static sss_profile marble_like(void)
     }
     p.eta = 1.5;
     return p;
-}
-
-static uint64_t g_random_state;
-
-static double random_unit(void)
-{   // xorshift64*, Vigna 2016
-    g_random_state ^= g_random_state >> 12;
-    g_random_state ^= g_random_state << 25;
-    g_random_state ^= g_random_state >> 27;
-    return (double)((g_random_state * 2685821657736338717u) >> 11) / 9007199254740992.0;
 }
 
 // White irradiance of 1 at every element.
@@ -427,7 +418,7 @@ static void the_estimate_is_honest_on_one_triangle(void)
         {
             double worst = 0.0, log_sum = 0.0;
             int tried = 0, resolved = 0;
-            g_random_state = 88172645463325252u;
+            random_seed(1);
             profile.sigma_tr[1] = absorbing == 0 ? 0.0 : (absorbing == 1 ? 0.18 : 4.0);
             for (int i = 0; i < 400; ++i)
             {

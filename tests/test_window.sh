@@ -3,41 +3,20 @@
 # pointer drags, and leaves with status 0 when Escape is pressed; without a display it says so and fails.
 cd "$(dirname "$0")/.." || exit 1
 . tests/compile/jobs.sh
-for tool in Xvfb xdotool gltfpack; do
-    have $tool || { echo "$tool is not installed"; echo "0 passed, 1 failed"; exit 1; }
-done
+. tests/common/window.sh
+need Xvfb xdotool gltfpack
 
 # A thin bunny: the picture does not depend on it, but the time does.
 mesh=$work/small.glb
 gltfpack -noq -si 0.03 -i build/models/bunny.glb -o "$mesh" >/dev/null 2>&1
 
-# Colours in the last picture of the screen, and its checksum. Xvfb keeps the screen in a file: a header, then 32 bits
-# a pixel.
-colours() { tail -c $((1024 * 1000 * 4)) "$1/Xvfb_screen0" | od -An -v -tx4 -w4 | sort -u | wc -l; }
-picture() { tail -c $((1024 * 1000 * 4)) "$1/Xvfb_screen0" | cksum; }
-
-wait_for() # seconds, command...: until it succeeds
-{
-    tries=$(($1 * 10)); shift
-    while ! "$@"; do
-        tries=$((tries - 1))
-        [ $tries -gt 0 ] || return 1
-        sleep 0.1
-    done
-}
-
 many_colours() { [ "$(colours "$1")" -gt "$2" ]; }
-changed() { [ "$(picture "$1")" != "$2" ]; }
-gone() { ! kill -0 "$1" 2>/dev/null; }
 
 in_a_window() # label, command
 {
     label=$1 command=$2
     screen=$work/screen; rm -rf "$screen"; mkdir "$screen"
-    Xvfb -displayfd 3 -screen 0 1024x1000x24 -fbdir "$screen" 3>"$screen/number" >"$screen/log" 2>&1 &
-    server=$!
-    wait_for 20 test -s "$screen/number"
-    display=:$(cat "$screen/number")
+    start_server "$screen"
     DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 sh -c "exec $command" >"$screen/said" 2>&1 &
     program=$!
 

@@ -40,8 +40,7 @@ static void add_triangle(model *m, size_t a, size_t b, size_t c)
 
 int shape_normals(model *m)
 {
-    sss_mesh mesh = model_mesh(m, 1.0);
-    mesh.normals = NULL; // what is there need not be numbers yet
+    const sss_mesh mesh = model_mesh(m, 1.0);
     return sss_dipole_vertex_normals(&mesh, m->normals) == SSS_OK ? 0 : -1;
 }
 

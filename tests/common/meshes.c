@@ -127,6 +127,27 @@ void mesh_vertex_areas(const mesh_data *mesh, double *weights)
     }
 }
 
+size_t *mesh_vertices_by_area(const mesh_data *mesh, size_t count)
+{
+    double *area = (double *)malloc(mesh->vertex_count * sizeof *area);
+    size_t *index = (size_t *)calloc(count, sizeof *index), next = 0;
+    double below = 0.0, total = 0.0;
+    if (area == NULL || index == NULL)
+    {
+        free(area);
+        free(index);
+        return NULL;
+    }
+    mesh_vertex_areas(mesh, area);
+    for (size_t v = 0; v < mesh->vertex_count; ++v)
+        total += area[v];
+    for (size_t v = 0; v < mesh->vertex_count && next < count; ++v)
+        for (below += area[v]; next < count && ((double)next + 0.5) / (double)count * total < below; ++next)
+            index[next] = v;
+    free(area);
+    return index;
+}
+
 void mesh_compute_normals(mesh_data *mesh)
 {
     memset(mesh->normals, 0, 3 * mesh->vertex_count * sizeof(float));

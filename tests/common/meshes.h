@@ -57,6 +57,10 @@ double mesh_mean_edge(const mesh_data *mesh);
 // weights[V]: a third of the area of the triangles around each vertex.
 void mesh_vertex_areas(const mesh_data *mesh, double *weights);
 
+// Vertices drawn so that each stands for the same area: plain sums over them are then area-weighted. [count], to be
+// freed; NULL on failure.
+size_t *mesh_vertices_by_area(const mesh_data *mesh, size_t count);
+
 // Recomputes normals: means of the triangles' normals weighted by area.
 void mesh_compute_normals(mesh_data *mesh);
 

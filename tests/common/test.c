@@ -20,6 +20,8 @@ static size_t g_failed;
 static size_t g_failed_tests;
 static size_t g_skipped;    // tests left through SKIP
 static int g_left_by_skip;  // the running test was
+static size_t g_missed;     // bars that were not reached, whether or not the check failed
+static const char *g_test_name = "";
 static char g_about[128];
 
 double test_seconds(void)
@@ -117,6 +119,24 @@ int test_check_equal(long long got, long long want, const char *what, const char
     return passed;
 }
 
+int test_check_bar(double value, double bar, double regression, int above, const char *what, const char *file, int line)
+{
+    const int reached = above ? value >= bar : value <= bar; // false for NaN
+    const int held = reached || (above ? value >= regression : value <= regression);
+    begin_line(held, what, file, line);
+    printf(": %.4g, bar %.4g", value, bar);
+    if (!reached)
+        printf(", bound against regressions %.4g", regression);
+    printf("\n");
+    if (!reached)
+    {
+        g_missed++;
+        printf("MISSED  %s: %s%s%s: bar %.4g, got %.4g\n", g_test_name, g_about, g_about[0] != '\0' ? ": " : "", what,
+               bar, value);
+    }
+    return held;
+}
+
 void test_skip(const char *reason, const char *file, int line)
 {
     g_left_by_skip = 1;
@@ -132,6 +152,7 @@ static void run_one(void **state)
     const size_t count_before = g_passed + g_failed;
     const double start = test_seconds();
     g_about[0] = '\0';
+    g_test_name = test->name;
     g_left_by_skip = 0;
     printf("%s\n", test->name);
     test->run();
@@ -191,6 +212,8 @@ int test_main(int argc, char **argv, const char *program, const test_case *tests
         g_failed += (size_t)crashed - g_failed_tests; // signals, which cmocka alone saw
     if (g_skipped > 0)
         printf("%zu tests skipped\n", g_skipped);
+    if (g_missed > 0)
+        printf("%zu bars missed\n", g_missed);
     printf("%zu passed, %zu failed\n", g_passed, g_failed);
     return (g_failed > 0 || g_passed == 0) ? 1 : 0;
 }

@@ -13,8 +13,8 @@
 //     }
 //
 // argv[1], if given, runs only the tests whose name contains it; "--list" lists them. The last line is
-// "N passed, N failed", in checks. Exit status 1 if a check failed, a test crashed, or nothing was checked.
-// Checks are for the main thread only.
+// "N passed, N failed", in checks; before it, where bars were missed, "N bars missed". Exit status 1 if a check failed,
+// a test crashed, or nothing was checked. Checks are for the main thread only.
 
 #ifndef SSS_TESTS_TEST_H
 #define SSS_TESTS_TEST_H
@@ -43,6 +43,16 @@ typedef struct test_case
 
 // low <= value <= high, where too good is also wrong; NaN fails.
 #define CHECK_BETWEEN(value, low, high) test_check_between((value), (low), (high), #value, __FILE__, __LINE__)
+
+// A bar that the project has set itself: an error is at most `bar`, a ratio of speeds at least. What misses it is
+// printed as a line that begins with "MISSED", counted apart, and listed again when all tests are through
+// (tests/run.sh): nobody may overlook it. It fails only beyond `regression`, the bound that this code has been measured
+// to hold, with room for the clock where the clock is the oracle. `what` is a phrase, since the line must be understood
+// on its own.
+#define CHECK_BAR_BELOW(value, bar, regression, what)                                                                  \
+    test_check_bar((value), (bar), (regression), 0, (what), __FILE__, __LINE__)
+#define CHECK_BAR_ABOVE(value, bar, regression, what)                                                                  \
+    test_check_bar((value), (bar), (regression), 1, (what), __FILE__, __LINE__)
 
 // Two integers (results, counts) are equal.
 #define CHECK_EQUAL(got, want) test_check_equal((long long)(got), (long long)(want), #got, __FILE__, __LINE__)
@@ -79,6 +89,8 @@ int test_check_abs(double got, double want, double bound, const char *what, cons
 int test_check_below(double value, double bound, const char *what, const char *file, int line);
 int test_check_between(double value, double low, double high, const char *what, const char *file, int line);
 int test_check_equal(long long got, long long want, const char *what, const char *file, int line);
+int test_check_bar(double value, double bar, double regression, int above, const char *what, const char *file,
+                   int line);
 void test_skip(const char *reason, const char *file, int line);
 
 // Runs the table; returns the exit status for main.

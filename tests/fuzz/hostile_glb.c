@@ -12,6 +12,7 @@
 #include "../../sss_dipole.h"
 
 #include "../../examples/common/model.h"
+#include "../common/volume.h"
 
 enum
 {
@@ -141,22 +142,6 @@ static const char *scene(const parts *p)
 }
 
 // ---- scenes that must be read ----
-
-static double volume(const model *m)
-{
-    double sum = 0.0;
-    for (size_t t = 0; t < m->triangle_count; ++t)
-    {
-        double p[3][3];
-        for (size_t i = 0; i < 9; ++i)
-        {
-            p[i / 3][i % 3] = (double)m->positions[3 * m->triangles[3 * t + i / 3] + i % 3];
-        }
-        sum += p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) + p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2]) +
-               p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0]);
-    }
-    return sum / 6.0;
-}
 
 // The normals of a vertex of a convex closed solid point away from its middle.
 static int normals_point_outward(const model *m)

@@ -101,25 +101,11 @@ static double monte_carlo(const sss_profile *p, const double corners[9], size_t 
     return p->alpha_p[GREEN] / (4.0 * PI) * area * sum / (double)count;
 }
 
-static FILE *open_file(const mertens_settings *s, const char *name, const char *columns)
-{
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s", s->folder, name);
-    FILE *const file = fopen(path, "w");
-    if (!file)
-    {
-        perror(path);
-        return NULL;
-    }
-    fprintf(file, "%s\n", columns);
-    return file;
-}
-
 int mertens_figure3(const mertens_settings *s)
 {
     sss_profile p;
     uint64_t state = 3;
-    FILE *const file = open_file(s, "figure3.csv", "distance_cm,exact,taylor,samples_12,samples_100,samples_10000");
+    FILE *const file = mertens_open(s, "figure3.csv", "distance_cm,exact,taylor,samples_12,samples_100,samples_10000");
     if (!file || profile_of("Skimmilk", &p) != 0)
     {
         return 1;
@@ -158,7 +144,7 @@ static size_t taylor_samples(const sss_profile *p, const double corners[9], doub
 int mertens_figure4(const mertens_settings *s)
 {
     sss_profile p;
-    FILE *const file = open_file(s, "figure4.csv", "distance_cm,segments,segments_without_sigma,jensen_buhler");
+    FILE *const file = mertens_open(s, "figure4.csv", "distance_cm,segments,segments_without_sigma,jensen_buhler");
     if (!file || profile_of("Marble", &p) != 0)
     {
         return 1;

@@ -11,6 +11,20 @@
 #include <stdio.h>
 #include <string.h>
 
+FILE *mertens_open(const mertens_settings *s, const char *name, const char *columns)
+{
+    char path[512];
+    snprintf(path, sizeof path, "%s/%s", s->folder, name);
+    FILE *const file = fopen(path, "w");
+    if (!file)
+    {
+        perror(path);
+        return NULL;
+    }
+    fprintf(file, "%s\n", columns);
+    return file;
+}
+
 static const struct
 {
     const char *name;
