@@ -204,8 +204,9 @@ SSS_BEM_API double sss_bem_form_factor_taylor(const double *corners, size_t corn
 SSS_BEM_API sss_result sss_bem_form_factor_linear(const double *corners, const double source[3], double z,
                                                   double sigma, double tolerance, double out[3]);
 
-// The float path, as it runs on near triangles, for one triangle: relative error 1e-4 where the source is not beyond
-// 50/sigma, corner differences exact in float.     corners  [3][3]
+// The float path, for one triangle: the triangle is laid into its plane in double, exp and the sums are float, a few
+// times as fast. Relative error 1e-4 where the source is not beyond 50/sigma, and up to 2e-3 on slivers of aspect 1e6
+// with the source within their width.     corners  [3][3]
 SSS_BEM_API float sss_bem_form_factor_float(const float *corners, const float source[3], float z, float sigma);
 
 // ---- 2. Object: hierarchy, material, light ----
@@ -1799,12 +1800,18 @@ static float sss_bem__dotf(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+<<<<<<< HEAD
 static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
                                     const sss_bem__node *node, float kab[3][3])
+=======
+// What sss_bem__cluster_source takes of a receiver and a cluster.
+static void sss_bem__cluster_forms(const sss_bem__lanes *lanes, int lane, const sss_bem__node *node, float squares[2],
+                                   float forms[4])
+>>>>>>> ff
 {
     const float *C = node->moment;
-    float w[3], n[3], squares[2], forms[4], Cw[3], Cn[3];
-    int i, c;
+    float w[3], n[3], Cw[3], Cn[3];
+    int i;
     for (i = 0; i < 3; i++)
     {
         w[i] = node->center[i] - lanes->x[i][lane];
@@ -1822,6 +1829,14 @@ static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lane
     forms[1] = sss_bem__dotf(n, Cw);
     forms[2] = sss_bem__dotf(n, Cn);
     forms[3] = C[0] + C[1] + C[2];
+}
+
+static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
+                                    const sss_bem__node *node, uint32_t *out)
+{
+    float squares[2], forms[4];
+    int c;
+    sss_bem__cluster_forms(lanes, lane, node, squares, forms);
     for (c = 0; c < 3; c++)
     {
         kab[c][0] = kab[c][1] = kab[c][2] = 0.0f;
@@ -5215,6 +5230,7 @@ typedef struct sss_bem__linking
     float (*gathered)[3];           // [node_count], or NULL
     sss_bem__cluster_link *links;   // or NULL
     size_t count;
+    float small[3];                 // sizes over distance below which moments, 7 and 16 points do
     double single_area;             // what one sample stands for: pi times the square of the least mean free path
     sss_bem__lanes midpoint;        // of the receiver, in lane 0
     uint32_t midpoint_of;
@@ -5311,38 +5327,73 @@ static void sss_bem__sample_triangle(const sss_bem__linking *l, const sss_bem__n
     }
 }
 
-// Whether a triangle, as the receiver sees it, has edges below a share of its distance from every source, and of four
-// mean free paths: at 1 and 0.4 the rules of 16 and of 7 points leave 1e-3 of it or less, at 0.1 its moments do.
-static int sss_bem__is_small(const sss_bem__model *m, const float w[3][3], const float n[3], float share)
+// Whether something of a size, its center as the receiver sees it, is smaller than a share of its distance from every
+// source, and than four times that share of a mean free path.
+static int sss_bem__is_small(const sss_bem__model *m, const float center[3], const float n[3], float size2, float share)
 {
-    float longest2 = 0.0f, center[3], squares[2];
-    int k, i, c;
-    for (i = 0; i < 3; i++)
-    {
-        center[i] = (w[0][i] + w[1][i] + w[2][i]) * (1.0f / 3.0f);
-    }
-    squares[0] = sss_bem__dotf(center, center);
-    squares[1] = sss_bem__dotf(center, n);
-    for (k = 0; k < 3; k++)
-    {
-        const float *from = w[k], *to = w[(k + 1) % 3];
-        const float e[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]}, length2 = sss_bem__dotf(e, e);
-        longest2 = length2 > longest2 ? length2 : longest2;
-    }
+    const float squares[2] = {sss_bem__dotf(center, center), sss_bem__dotf(center, n)};
+    int k, c;
     for (k = 0; k < 2; k++)
     {
         for (c = 0; c < 3; c++)
         {
             const float h = m->height[k][c], s2 = squares[0] + 2.0f * h * squares[1] + h * h;
-            const float path = 4.0f * share;
-            if (m->scale[c] > 0.0f
-                && (longest2 > share * share * s2 || longest2 * m->sigma[c] * m->sigma[c] > path * path))
+            const float u2 = size2 * m->sigma[c] * m->sigma[c];
+            if (m->scale[c] > 0.0f && (size2 > share * share * s2 || u2 > 16.0f * share * share))
             {
                 return 0;
             }
         }
     }
     return 1;
+}
+
+static int sss_bem__is_small_triangle(const sss_bem__model *m, const float w[3][3], const float n[3], float share)
+{
+    float longest2 = 0.0f, center[3];
+    int k, i;
+    for (i = 0; i < 3; i++)
+    {
+        center[i] = (w[0][i] + w[1][i] + w[2][i]) * (1.0f / 3.0f);
+    }
+    for (k = 0; k < 3; k++)
+    {
+        const float *from = w[k], *to = w[(k + 1) % 3];
+        const float e[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]}, length2 = sss_bem__dotf(e, e);
+        longest2 = length2 > longest2 ? length2 : longest2;
+    }
+    return sss_bem__is_small(m, center, n, longest2, share);
+}
+
+// Moments leave an error of the fourth order in size over distance, 7 points of the sixth: they may be the larger, the
+// coarser the links are. At 0.2, 0.6 and 1.2 the sum over all pairs is right to 1e-6.
+static void sss_bem__choose_small(double epsilon_2, float small[3])
+{
+    small[0] = (float)sss_bem__max(0.2, sss_bem__min(0.5, 0.9 * sqrt(sqrt(epsilon_2))));
+    small[1] = (float)sss_bem__max(0.6, sss_bem__min(1.0, 1.2 * pow(epsilon_2, 1.0 / 6.0)));
+    small[2] = 2.0f * small[1];
+}
+
+// A triangle by points.
+static void sss_bem__add_points(const sss_bem__model *m, const sss_bem__points_rule *rule, const float w[3][3],
+                                const float n[3], float area, float factor[3])
+{
+    int q, i, c;
+    for (q = 0; q < rule->count; q++)
+    {
+        const float *at = rule->point[q];
+        float x[3], squares[2];
+        for (i = 0; i < 3; i++)
+        {
+            x[i] = at[0] * w[0][i] + at[1] * w[1][i] + at[2] * w[2][i];
+        }
+        squares[0] = sss_bem__dotf(x, x);
+        squares[1] = sss_bem__dotf(x, n);
+        for (c = 0; c < 3; c++)
+        {
+            factor[c] += area * at[3] * sss_bem__point_factor(m, c, squares);
+        }
+    }
 }
 
 // The form factor of a triangle that is projected onto the plane of its cluster.
@@ -5353,7 +5404,10 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
     const float facing = sss_bem__dotf(corners->normal, normal) < 0.0f ? -1.0f : 1.0f;
     float w[3][3], n[3], up[3], parts[3];
+<<<<<<< HEAD
     float points[3][3];
+=======
+>>>>>>> ff
     sss_bem__view view;
     int k, i, c, kind;
     for (k = 0; k < 3; k++)
@@ -5373,8 +5427,9 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
         n[i] = l->midpoint.n[i][0];
         up[i] = facing * normal[i]; // a face that is turned over counts positive as well
     }
-    if (sss_bem__is_small(m, (const float (*)[3])w, n, 1.0f))
+    if (sss_bem__is_small_triangle(m, (const float (*)[3])w, n, l->small[2]))
     {
+<<<<<<< HEAD
         const int near_rule = sss_bem__is_small(m, (const float (*)[3])w, n, 0.4f);
         sss_bem__points_factor(m, near_rule ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
                                leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), points);
@@ -5382,6 +5437,11 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
         {
             factor[c] += points[c][0];
         }
+=======
+        const int few = sss_bem__is_small_triangle(m, (const float (*)[3])w, n, l->small[1]);
+        sss_bem__add_points(m, few ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
+                            leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), factor);
+>>>>>>> ff
         return;
     }
     sss_bem__view_triangle((const float (*)[3])w, n, up, &view);
@@ -5389,27 +5449,34 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     {
         for (kind = 0; kind < 2; kind++)
         {
-            sss_bem__triangle_source(m, &m->rule[1], kind, c, &view, parts);
+            sss_bem__triangle_source(m, &m->rule[l->bem->options.epsilon_2 < 0.03], kind, c, &view, parts);
             factor[c] += m->scale[c] * (parts[0] + parts[1] + parts[2]);
         }
     }
 }
 
-// Whether a triangle's moments do.
-static int sss_bem__leaf_is_small(const sss_bem__linking *l, const sss_bem__node *leaf)
+// Whether a node's moments do.
+static int sss_bem__moments_do(const sss_bem__linking *l, const sss_bem__node *node)
 {
-    const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
-    float w[3][3], n[3];
+    float w[3][3], center[3], n[3];
     int k, i;
     for (i = 0; i < 3; i++)
     {
         n[i] = l->midpoint.n[i][0];
+        center[i] = node->center[i] - l->midpoint.x[i][0];
+    }
+    if (node->triangle == UINT32_MAX)
+    {
+        return sss_bem__is_small(&l->bem->model, center, n, 4.0f * node->radius * node->radius, 0.8f);
+    }
+    for (i = 0; i < 3; i++)
+    {
         for (k = 0; k < 3; k++)
         {
-            w[k][i] = corners->x[k][i] - l->midpoint.x[i][0];
+            w[k][i] = l->bem->corners[node->triangle].x[k][i] - l->midpoint.x[i][0];
         }
     }
-    return sss_bem__is_small(&l->bem->model, (const float (*)[3])w, n, 0.1f);
+    return sss_bem__is_small_triangle(&l->bem->model, (const float (*)[3])w, n, l->small[0]);
 }
 
 // F(A, x_o) of eq. 7 between the receiver's midpoint and a cluster: by the moments of its area where that is enough,
@@ -5428,13 +5495,24 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
         sss_bem__add_sample(l, e->center, e->area, factor);
         return;
     }
-    if (e->triangle == UINT32_MAX ? !is_near : sss_bem__leaf_is_small(l, e))
+    if ((!is_near && e->triangle == UINT32_MAX) || (!b->options.point_sampling && sss_bem__moments_do(l, e)))
     {
+<<<<<<< HEAD
         float kab[3][3];
         sss_bem__cluster_factor(&b->model, &l->midpoint, 0, e, kab);
         for (k = 0; k < 3; k++)
         {
             factor[k] = e->area * kab[k][0];
+=======
+        float squares[2], forms[4];
+        sss_bem__cluster_forms(&l->midpoint, 0, e, squares, forms);
+        for (k = 0; k < 3; k++)
+        {
+            float sums[3] = {0.0f, 0.0f, 0.0f};
+            sss_bem__cluster_source(&b->model, 0, k, squares, forms, sums);
+            sss_bem__cluster_source(&b->model, 1, k, squares, forms, sums);
+            factor[k] = e->area * sums[0];
+>>>>>>> ff
         }
         return;
     }
@@ -5571,6 +5649,7 @@ static void sss_bem__part_task(void *context, size_t begin, size_t end)
         }
         l.bem = s->bem;
         l.single_area = SSS_BEM__PI * path * path;
+        sss_bem__choose_small(s->bem->options.epsilon_2, l.small);
         l.gathered = s->gathered;
         l.midpoint_of = UINT32_MAX;
         if (part < s->bem->chunk_count)
