@@ -1800,14 +1800,9 @@ static float sss_bem__dotf(const float a[3], const float b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-<<<<<<< HEAD
-static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                    const sss_bem__node *node, float kab[3][3])
-=======
 // What sss_bem__cluster_source takes of a receiver and a cluster.
 static void sss_bem__cluster_forms(const sss_bem__lanes *lanes, int lane, const sss_bem__node *node, float squares[2],
                                    float forms[4])
->>>>>>> ff
 {
     const float *C = node->moment;
     float w[3], n[3], Cw[3], Cn[3];
@@ -1832,7 +1827,7 @@ static void sss_bem__cluster_forms(const sss_bem__lanes *lanes, int lane, const 
 }
 
 static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                    const sss_bem__node *node, uint32_t *out)
+                                    const sss_bem__node *node, float kab[3][3])
 {
     float squares[2], forms[4];
     int c;
@@ -3735,9 +3730,10 @@ static int sss_bem__points_fit(const sss_bem *b, int rule, int kind, double h, d
     {
         const double z = (double)b->model.z[kind][c], guard = sqrt((double)b->model.guard2[kind][c]);
         const double sigma = (double)b->model.sigma[c], far_side = sss_bem__max(s, guard);
-        const double near_side = rule == SSS_BEM__NEAR ? far_side : sss_bem__max(s - 0.5 * h, guard);
-        const double light = z * exp(-sigma * (far_side - z)) / far_side;
-        const double q = near_side > 0.0 ? h * (1.0 / near_side + sigma / 3.0) : HUGE_VAL, q3 = q * q * q;
+        const double near_side = sss_bem__max(s - 0.6 * h, guard); // of the triangle
+        const double light = z * exp(-sigma * sss_bem__max(near_side - z, 0.0)) / far_side;
+        const double from = rule == SSS_BEM__NEAR ? far_side : near_side;
+        const double q = from > 0.0 ? h * (1.0 / from + sigma / 3.0) : HUGE_VAL, q3 = q * q * q;
         const double error = rule == SSS_BEM__NEAR ? SSS_BEM__NEAR_REMAINDER * q3 * q3
                                                    : SSS_BEM__CLOSE_REMAINDER * q3 * q3;
         if (b->model.scale[c] > 0.0f && error * light > b->ease * b->options.tolerance)
@@ -4683,6 +4679,7 @@ static void sss_bem__make_strict(const sss_bem *b, sss_bem__stop *stops, sss_bem
     strict->stops = stops;
     memcpy(stops, b->stops, b->node_count * sizeof *stops);
     strict->options.tolerance *= 0.1;
+    strict->ease = sss_bem__min(b->ease, 1.0);
     sss_bem__choose_rules(strict);
     sss_bem__plan_reach(strict);
     sss_bem__set_stops(strict);
@@ -5404,10 +5401,6 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
     const float facing = sss_bem__dotf(corners->normal, normal) < 0.0f ? -1.0f : 1.0f;
     float w[3][3], n[3], up[3], parts[3];
-<<<<<<< HEAD
-    float points[3][3];
-=======
->>>>>>> ff
     sss_bem__view view;
     int k, i, c, kind;
     for (k = 0; k < 3; k++)
@@ -5429,19 +5422,9 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     }
     if (sss_bem__is_small_triangle(m, (const float (*)[3])w, n, l->small[2]))
     {
-<<<<<<< HEAD
-        const int near_rule = sss_bem__is_small(m, (const float (*)[3])w, n, 0.4f);
-        sss_bem__points_factor(m, near_rule ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
-                               leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), points);
-        for (c = 0; c < 3; c++)
-        {
-            factor[c] += points[c][0];
-        }
-=======
         const int few = sss_bem__is_small_triangle(m, (const float (*)[3])w, n, l->small[1]);
         sss_bem__add_points(m, few ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
                             leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), factor);
->>>>>>> ff
         return;
     }
     sss_bem__view_triangle((const float (*)[3])w, n, up, &view);
@@ -5497,13 +5480,6 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
     }
     if ((!is_near && e->triangle == UINT32_MAX) || (!b->options.point_sampling && sss_bem__moments_do(l, e)))
     {
-<<<<<<< HEAD
-        float kab[3][3];
-        sss_bem__cluster_factor(&b->model, &l->midpoint, 0, e, kab);
-        for (k = 0; k < 3; k++)
-        {
-            factor[k] = e->area * kab[k][0];
-=======
         float squares[2], forms[4];
         sss_bem__cluster_forms(&l->midpoint, 0, e, squares, forms);
         for (k = 0; k < 3; k++)
@@ -5512,7 +5488,6 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
             sss_bem__cluster_source(&b->model, 0, k, squares, forms, sums);
             sss_bem__cluster_source(&b->model, 1, k, squares, forms, sums);
             factor[k] = e->area * sums[0];
->>>>>>> ff
         }
         return;
     }
