@@ -1965,9 +1965,14 @@ typedef struct sss_bem__view
 
 static void sss_bem__view_triangle(const float w[3][3], const float n[3], const float normal[3], sss_bem__view *v)
 {
-    float outward[3][3];
+    float outward[3][3], nearest2 = HUGE_VALF;
     int k, i;
-    v->H[0] = sss_bem__dotf(w[0], normal);
+    for (k = 0; k < 3; k++) // from the nearest corner, where the normal's rounding counts least
+    {
+        const float square = sss_bem__dotf(w[k], w[k]);
+        v->H[0] = square < nearest2 ? sss_bem__dotf(w[k], normal) : v->H[0];
+        nearest2 = square < nearest2 ? square : nearest2;
+    }
     v->H[1] = sss_bem__dotf(n, normal);
     for (k = 0; k < 3; k++)
     {
@@ -2016,7 +2021,7 @@ static float sss_bem__guarded_G(const sss_bem__model *m, int kind, int c, float 
 static void sss_bem__edge_integrals(const sss_bem__model *m, const sss_bem__rule *rule, int kind, int c, float p,
                                     float H, float t_1, float length, float C, float *theta, float *line)
 {
-    const float part = 1e-6f * length; // keeps t/S finite; far below what G can tell apart
+    const float part = 1e-9f * length; // keeps t/S finite; far below what G can tell apart
     const float least = part > SSS_BEM__TINY ? part : SSS_BEM__TINY;
     const float square = p * p + H * H, S = square > least * least ? sqrtf(square) : least;
     const float a = t_1 / S, b = (t_1 + length) / S;
@@ -2594,7 +2599,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
     {                                                                                                                  \
         const sss_bem__v##N zero = sss_bem__set##N(0.0f), one = sss_bem__set##N(1.0f);                                 \
         const sss_bem__v##N limit = sss_bem__set##N(SSS_BEM__SLIVER);                                           \
-        sss_bem__v##N w[3][3], n[3], normal[3], outward[3][3], double_area;                                            \
+        sss_bem__v##N w[3][3], n[3], normal[3], outward[3][3], double_area, nearest2;                                  \
         int k, i;                                                                                                      \
         for (i = 0; i < 3; i++)                                                                                        \
         {                                                                                                              \
@@ -2604,7 +2609,14 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 w[k][i] = sss_bem__load##N(b->w[k][i] + first);                                                        \
             }                                                                                                          \
         }                                                                                                              \
+        nearest2 = sss_bem__dot##N(w[0], w[0]);                                                                        \
         v->H[0] = sss_bem__dot##N(w[0], normal), v->H[1] = sss_bem__dot##N(n, normal);                                 \
+        for (k = 1; k < 3; k++) /* from the nearest corner, where the normal's rounding counts least */                \
+        {                                                                                                              \
+            const sss_bem__v##N other2 = sss_bem__dot##N(w[k], w[k]);                                                  \
+            v->H[0] = sss_bem__less##N(other2, nearest2, sss_bem__dot##N(w[k], normal), v->H[0]);                      \
+            nearest2 = sss_bem__min##N(nearest2, other2);                                                              \
+        }                                                                                                              \
         for (k = 0; k < 3; k++)                                                                                        \
         {                                                                                                              \
             const sss_bem__v##N *from = w[k], *to = w[k == 2 ? 0 : k + 1];                                             \
@@ -2653,7 +2665,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         sss_bem__v##N t_1, sss_bem__v##N length, sss_bem__v##N C, sss_bem__v##N *theta, sss_bem__v##N *line)           \
     {                                                                                                                  \
         const sss_bem__v##N zero = sss_bem__set##N(0.0f), one = sss_bem__set##N(1.0f);                                 \
-        const sss_bem__v##N least = sss_bem__max##N(sss_bem__set##N(1e-6f) * length, sss_bem__set##N(1e-18f));         \
+        const sss_bem__v##N least = sss_bem__max##N(sss_bem__set##N(1e-9f) * length, sss_bem__set##N(1e-18f));         \
         const sss_bem__v##N least2 = least * least, p2 = p * p;                                                        \
         const sss_bem__v##N square = sss_bem__max##N(sss_bem__fma##N(H, H, p2), least2);                               \
         const sss_bem__v##N over_S = sss_bem__rsqrt##N(square), half_S = sss_bem__set##N(0.5f) * square * over_S;      \
@@ -4613,18 +4625,20 @@ static void sss_bem__set_positions(sss_bem *b, const float *positions)
     }
 }
 
+// The box of the triangles: vertices outside of them must not cost the others their digits.
 static void sss_bem__frame_mesh(sss_bem *b, const float *positions)
 {
     double low[3], high[3], diagonal;
-    size_t v;
+    size_t k;
     int i;
     for (i = 0; i < 3; i++)
     {
-        low[i] = high[i] = (double)positions[i];
-        for (v = 1; v < b->vertex_count; v++)
+        low[i] = high[i] = (double)positions[3 * (size_t)b->triangle[0] + (size_t)i];
+        for (k = 1; k < 3 * b->triangle_count; k++)
         {
-            low[i] = sss_bem__min(low[i], (double)positions[3 * v + (size_t)i]);
-            high[i] = sss_bem__max(high[i], (double)positions[3 * v + (size_t)i]);
+            const double x = (double)positions[3 * (size_t)b->triangle[k] + (size_t)i];
+            low[i] = sss_bem__min(low[i], x);
+            high[i] = sss_bem__max(high[i], x);
         }
         b->center[i] = 0.5 * (low[i] + high[i]);
         high[i] -= low[i];
@@ -6435,7 +6449,7 @@ SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
     out->epsilon_2 = bem->options.epsilon_2;
     out->planarity = bem->options.planarity;
     out->predicted_error = bem->predicted_error >= 0.0 ? bem->predicted_error : bem->options.tolerance;
-    out->path_tolerance = bem->options.path == SSS_BEM_PATH_PORTABLE ? 0.0 : 1e-5;
+    out->path_tolerance = bem->options.path == SSS_BEM_PATH_PORTABLE ? 0.0 : bem->model.rough ? 1e-4 : 1e-5;
     out->oracle = bem->options.oracle;
     out->path = bem->options.path;
     out->triangle_count = bem->triangle_count;
