@@ -47,7 +47,6 @@
 //   * Placed sources that come near another part of the surface: sss_bem_options.guard. Unguarded, the bunny at 10 mm
 //     shows up to 7,600 times its irradiance; guarded, never more than a plane would by half.
 //   * Fans of slivers many mean free paths long: 2.6 % at a tolerance of 1 %, predicted as 4.4 %.
-//   * sss_bem_form_factor_float: 5e-3 on ordinary triangles, useless on slivers beside a distant source.
 //
 
 #ifndef SSS_BEM_H
@@ -520,6 +519,197 @@ static const double sss_bem__gauss16[8][2] = {{0.095012509837637440, 0.189450610
                                               {0.944575023073232576, 0.062253523938647893},
                                               {0.989400934991649932, 0.027152459411754095}};
 
+// ---- the polygon in its plane ----
+
+static void sss_bem__plain_cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+// A vector as the sum of two, the second of which holds what the first one's rounding lost.
+typedef struct sss_bem__exact
+{
+    double high[3], low[3];
+} sss_bem__exact;
+
+static double sss_bem__sum_error(double a, double b, double sum) // Knuth
+{
+    const double b_part = sum - a;
+    return (a - (sum - b_part)) + (b - b_part);
+}
+
+static void sss_bem__exact_difference(const double a[3], const double b[3], sss_bem__exact *out)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        out->high[i] = a[i] - b[i];
+        out->low[i] = sss_bem__sum_error(a[i], -b[i], out->high[i]);
+    }
+}
+
+// Adds a x b to sum.
+static void sss_bem__add_cross(const sss_bem__exact *a, const sss_bem__exact *b, sss_bem__exact *sum)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        const double p = a->high[j] * b->high[k], q = a->high[k] * b->high[j], high = p - q;
+        const double low = sss_bem__sum_error(p, -q, high)
+                           + (sss_bem__product_error(a->high[j], b->high[k], p)
+                              - sss_bem__product_error(a->high[k], b->high[j], q))
+                           + (a->high[j] * b->low[k] + a->low[j] * b->high[k])
+                           - (a->high[k] * b->low[j] + a->low[k] * b->high[j]);
+        const double total = sum->high[i] + high;
+        sum->low[i] += sss_bem__sum_error(sum->high[i], high, total) + low;
+        sum->high[i] = total;
+    }
+}
+
+// a . b with its own relative accuracy.
+static double sss_bem__exact_dot(const sss_bem__exact *a, const sss_bem__exact *b)
+{
+    double sum = 0.0, rest = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const double product = a->high[i] * b->high[i], total = sum + product;
+        rest += sss_bem__sum_error(sum, product, total) + sss_bem__product_error(a->high[i], b->high[i], product)
+                + a->high[i] * b->low[i] + a->low[i] * b->high[i];
+        sum = total;
+    }
+    return sum + rest;
+}
+
+// The polygon's plane. Its first axis is the longest edge, so that the second coordinate of a point of a slim polygon,
+// an area over the edge's length, has its own relative accuracy; a rounded axis would leave 1e-16 of the length.
+typedef struct sss_bem__plane
+{
+    const double *corners;
+    size_t count;
+    size_t base;                 // the corner next to the source: offsets count from it
+    sss_bem__exact normal, axis; // twice the area's vector (Newell); the longest edge
+    double area2, length;        // their lengths
+    int single;                  // a triangle for the float path: plain arithmetic is enough
+} sss_bem__plane;
+
+// 0 where the polygon has no area.
+static int sss_bem__make_plane(const double *corners, size_t count, const double source[3], int single,
+                               sss_bem__plane *out)
+{
+    sss_bem__exact a, b;
+    double nearest = HUGE_VAL, longest = 0.0;
+    size_t k, of = 0;
+    memset(out, 0, sizeof *out);
+    out->corners = corners;
+    out->count = count;
+    out->single = single;
+    for (k = 0; k < count; k++)
+    {
+        double d[3], square;
+        sss_bem__subtract(corners + 3 * k, source, d);
+        square = sss_bem__dot(d, d);
+        out->base = square < nearest ? k : out->base;
+        nearest = sss_bem__min(nearest, square);
+        sss_bem__subtract(corners + 3 * ((k + 1) % count), corners + 3 * k, d);
+        of = sss_bem__dot(d, d) > longest ? k : of;
+        longest = sss_bem__max(longest, sss_bem__dot(d, d));
+    }
+    sss_bem__exact_difference(corners + 3 * ((of + 1) % count), corners + 3 * of, &out->axis);
+    out->length = sqrt(longest);
+    for (k = 1; k + 1 < count; k++)
+    {
+        sss_bem__exact_difference(corners + 3 * k, corners, &a);
+        sss_bem__exact_difference(corners + 3 * (k + 1), corners, &b);
+        if (single)
+        {
+            sss_bem__plain_cross(a.high, b.high, out->normal.high);
+        }
+        else
+        {
+            sss_bem__add_cross(&a, &b, &out->normal);
+        }
+    }
+    out->area2 = sss_bem__length(out->normal.high);
+    return out->area2 > 0.0;
+}
+
+// The vector from one point to another, in the plane.
+static void sss_bem__in_plane(const sss_bem__plane *plane, const double from[3], const double to[3], double out[2])
+{
+    sss_bem__exact d, area;
+    if (plane->single)
+    {
+        double plain[3], cross[3];
+        sss_bem__subtract(to, from, plain);
+        sss_bem__plain_cross(plane->axis.high, plain, cross);
+        out[0] = sss_bem__dot(plane->axis.high, plain) / plane->length;
+        out[1] = sss_bem__dot(plane->normal.high, cross) / plane->area2 / plane->length;
+        return;
+    }
+    memset(&area, 0, sizeof area);
+    sss_bem__exact_difference(to, from, &d);
+    sss_bem__add_cross(&plane->axis, &d, &area);
+    out[0] = sss_bem__exact_dot(&plane->axis, &d) / plane->length;
+    out[1] = sss_bem__exact_dot(&plane->normal, &area) / plane->area2 / plane->length;
+}
+
+// The same of a corner from the base.
+static void sss_bem__offset(const sss_bem__plane *plane, size_t k, double out[2])
+{
+    sss_bem__in_plane(plane, plane->corners + 3 * plane->base, plane->corners + 3 * (k % plane->count), out);
+}
+
+// What is gathered along the edges of the polygon, or of a piece.
+typedef struct sss_bem__outline
+{
+    double distance2, farthest2; // squares of the distances of the nearest point and the farthest corner from q
+    double longest2;            // of the longest edge
+    double center[2];           // sum of the corners' offsets
+    int winding;                // about q
+} sss_bem__outline;
+
+// Square of the distance of q from the edge e between two points seen from q.
+static double sss_bem__edge_distance2(const double a[2], const double e[2], double length2)
+{
+    double t = length2 > 0.0 ? -(a[0] * e[0] + a[1] * e[1]) / length2 : 0.0, x, y;
+    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
+    x = a[0] + t * e[0];
+    y = a[1] + t * e[1];
+    return x * x + y * y;
+}
+
+static void sss_bem__start_outline(sss_bem__outline *o)
+{
+    memset(o, 0, sizeof *o);
+    o->distance2 = HUGE_VAL;
+}
+
+// Adds the edge between two offsets.
+static void sss_bem__add_outline(const double base[2], const double from[2], const double to[2], sss_bem__outline *o)
+{
+    const double a[2] = {base[0] + from[0], base[1] + from[1]}, b[2] = {base[0] + to[0], base[1] + to[1]};
+    const double e[2] = {to[0] - from[0], to[1] - from[1]}, length2 = e[0] * e[0] + e[1] * e[1];
+    if ((a[1] <= 0.0) != (b[1] <= 0.0)) // the edge crosses the axis: to the right of q?
+    {
+        const double side = sss_bem__difference_of_products(a[0], b[1], a[1], b[0]);
+        o->winding += b[1] > 0.0 ? side > 0.0 : -(side < 0.0);
+    }
+    o->longest2 = sss_bem__max(o->longest2, length2);
+    o->farthest2 = sss_bem__max(o->farthest2, a[0] * a[0] + a[1] * a[1]);
+    o->distance2 = sss_bem__min(o->distance2, sss_bem__edge_distance2(a, e, length2));
+    o->center[0] += from[0];
+    o->center[1] += from[1];
+}
+
+static double sss_bem__nearest_of(const sss_bem__outline *o, double H)
+{
+    return o->winding != 0 ? H : sqrt(o->distance2 + H * H);
+}
+
 // A polygon in its own plane: the source projects to the origin q. Corners are kept as offsets from one of them,
 // so that differences between points keep their digits however far the source is.
 typedef struct sss_bem__flat
@@ -527,15 +717,27 @@ typedef struct sss_bem__flat
     double H;          // height of the source over the plane, >= 0
     double sigma;
     double base[2];    // the corner that offsets count from, seen from q
-    double center[2];  // offset of the point of reference
-    double rho_c;      // its distance from q, 0 when it is q
-    double s_c, C;     // its distance from the source, and G there
-    int about_q;       // the point of reference is q
+    double s_near;     // nearest distance of the source from the polygon
     int inside;        // q lies in the polygon
     int on_polygon;    // the source lies in the polygon: infinite
+    int slim;          // much longer than it is wide
+    // How G is referred to: for the polygon, or for the piece of a triangle that is next.
+    double center[2];  // offset of the point of reference
+    double s_c, C;     // its distance from the source, and G there
+    int about_q;       // the point of reference is q
+    // What the tolerance asks for.
     const double (*rule)[2];
     int rule_size;
     double reach;      // sigma (s - s_c) beyond which G is nothing beside C
+    const double (*far_rule)[2];
+    int far_size;
+    double far_ratio;  // a piece is far if it is smaller than this times its distance
+    double far_decay;  // and than this over sigma, or varies in distance by an eighth of that
+    int single;        // strips are integrated in float
+    double corner[3][2]; // offsets, of a triangle
+    double gradient[3][2]; // of its barycentric coordinates
+    const sss_bem__plane *plane;
+    const double *source;
 } sss_bem__flat;
 
 // G(s) = exp(-sigma s)/s, the antiderivative of eq. 10: (1 + sigma s) exp(-sigma s)/s^3 rho drho = -dG.
@@ -544,21 +746,7 @@ static double sss_bem__G(double sigma, double s)
     return exp(-sigma * s) / s;
 }
 
-// C - G at the point with offset d, without cancellation: from s^2 - s_c^2 and expm1.
-static double sss_bem__C_minus_G(const sss_bem__flat *f, const double d[2])
-{
-    const double x = f->base[0] + d[0], y = f->base[1] + d[1];
-    const double s = sqrt(x * x + y * y + f->H * f->H);
-    const double squares = f->about_q ? x * x + y * y
-                                      : (d[0] - f->center[0]) * (x + f->base[0] + f->center[0])
-                                            + (d[1] - f->center[1]) * (y + f->base[1] + f->center[1]);
-    const double s_s_c = squares / (s + f->s_c); // s - s_c
-    if (s_s_c >= 0.0)
-    {
-        return f->C * (s_s_c / s - f->s_c / s * expm1(-f->sigma * s_s_c));
-    }
-    return sss_bem__G(f->sigma, s) * (s_s_c / f->s_c + s / f->s_c * expm1(f->sigma * s_s_c));
-}
+// ---- edges ----
 
 // An edge: offset of its start, unit direction, distance p of its line from q (positive with q on the left), and
 // t, the distance along it from the foot d'' of q, at its start.
@@ -581,9 +769,43 @@ static int sss_bem__make_side(const sss_bem__flat *f, const double from[2], cons
     e->start[1] = from[1];
     e->direction[0] = x / e->length;
     e->direction[1] = y / e->length;
-    e->p = sss_bem__difference_of_products(a[0], e->direction[1], a[1], e->direction[0]);
+    e->p = sss_bem__difference_of_products(a[0], y, a[1], x) / e->length;
     e->t_start = a[0] * e->direction[0] + a[1] * e->direction[1];
     return 1;
+}
+
+// Corner k's edge of the whole polygon, near whose line q lies: p from the corners themselves, because what rounding
+// left of it may be no more than 1e-16 of the edge's length.
+static void sss_bem__sharpen_side(const sss_bem__flat *f, size_t k, sss_bem__side *e)
+{
+    const double *from = f->plane->corners + 3 * k, *to = f->plane->corners + 3 * ((k + 1) % f->plane->count);
+    sss_bem__exact start, edge, area;
+    if (f->single || fabs(e->p) > 1e-3 * e->length)
+    {
+        return;
+    }
+    memset(&area, 0, sizeof area);
+    sss_bem__exact_difference(from, f->source, &start);
+    sss_bem__exact_difference(to, from, &edge);
+    sss_bem__add_cross(&start, &edge, &area);
+    e->p = sss_bem__exact_dot(&area, &f->plane->normal) / f->plane->area2 / e->length;
+    e->t_start = sss_bem__exact_dot(&start, &edge) / e->length;
+}
+
+// C - G at the point of an edge at t, without cancellation: from s^2 - s_c^2 and expm1.
+static double sss_bem__C_minus_G(const sss_bem__flat *f, const sss_bem__side *e, double t)
+{
+    const double along = t - e->t_start, rho2 = e->p * e->p + t * t, s = sqrt(rho2 + f->H * f->H);
+    const double d[2] = {e->start[0] + along * e->direction[0], e->start[1] + along * e->direction[1]};
+    const double squares = f->about_q ? rho2
+                                      : (d[0] - f->center[0]) * (2.0 * f->base[0] + d[0] + f->center[0])
+                                            + (d[1] - f->center[1]) * (2.0 * f->base[1] + d[1] + f->center[1]);
+    const double s_s_c = squares / (s + f->s_c); // s - s_c
+    if (s_s_c >= 0.0)
+    {
+        return f->C * (s_s_c / s - f->s_c / s * expm1(-f->sigma * s_s_c));
+    }
+    return sss_bem__G(f->sigma, s) * (s_s_c / f->s_c + s / f->s_c * expm1(f->sigma * s_s_c));
 }
 
 // What an edge contributes: int (C - G) dtheta and int (C - G) dt, the latter for the first moment.
@@ -602,9 +824,8 @@ static void sss_bem__panel(const sss_bem__flat *f, const sss_bem__side *e, doubl
     {
         for (sign = -1; sign <= 1; sign += 2)
         {
-            const double t = middle + sign * half * f->rule[i][0], along = t - e->t_start;
-            const double d[2] = {e->start[0] + along * e->direction[0], e->start[1] + along * e->direction[1]};
-            const double term = half * f->rule[i][1] * sss_bem__C_minus_G(f, d);
+            const double t = middle + sign * half * f->rule[i][0];
+            const double term = half * f->rule[i][1] * sss_bem__C_minus_G(f, e, t);
             sum->theta += e->p == 0.0 ? 0.0 : term * (e->p / (e->p * e->p + t * t));
             sum->line += term;
         }
@@ -656,217 +877,470 @@ static sss_bem__edge_sum sss_bem__side_integral(const sss_bem__flat *f, const ss
     return sum;
 }
 
-// ---- the polygon in its plane ----
-
-// Unit normal by Newell's sum over the corners, relative to the first one; 0 where the polygon has no area.
-static int sss_bem__normal(const double *corners, size_t count, double normal[3])
-{
-    double length;
-    size_t k;
-    int i;
-    normal[0] = normal[1] = normal[2] = 0.0;
-    for (k = 1; k + 1 < count; k++)
-    {
-        double a[3], b[3], cross[3];
-        sss_bem__subtract(corners + 3 * k, corners, a);
-        sss_bem__subtract(corners + 3 * (k + 1), corners, b);
-        sss_bem__cross(a, b, cross);
-        for (i = 0; i < 3; i++)
-        {
-            normal[i] += cross[i];
-        }
-    }
-    length = sss_bem__length(normal);
-    for (i = 0; i < 3 && length > 0.0; i++)
-    {
-        normal[i] /= length;
-    }
-    return length > 0.0;
-}
-
-// A vector as the sum of two, the second of which holds what the first one's rounding lost.
-typedef struct sss_bem__exact
-{
-    double high[3], low[3];
-} sss_bem__exact;
-
-static double sss_bem__sum_error(double a, double b, double sum) // Knuth
-{
-    const double b_part = sum - a;
-    return (a - (sum - b_part)) + (b - b_part);
-}
-
-static void sss_bem__exact_difference(const double a[3], const double b[3], sss_bem__exact *out)
-{
-    int i;
-    for (i = 0; i < 3; i++)
-    {
-        out->high[i] = a[i] - b[i];
-        out->low[i] = sss_bem__sum_error(a[i], -b[i], out->high[i]);
-    }
-}
-
-// Adds a x b to sum.
-static void sss_bem__add_cross(const sss_bem__exact *a, const sss_bem__exact *b, sss_bem__exact *sum)
-{
-    int i;
-    for (i = 0; i < 3; i++)
-    {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const double p = a->high[j] * b->high[k], q = a->high[k] * b->high[j], high = p - q;
-        const double low = sss_bem__sum_error(p, -q, high)
-                           + (sss_bem__product_error(a->high[j], b->high[k], p)
-                              - sss_bem__product_error(a->high[k], b->high[j], q))
-                           + (a->high[j] * b->low[k] + a->low[j] * b->high[k])
-                           - (a->high[k] * b->low[j] + a->low[k] * b->high[j]);
-        const double total = sum->high[i] + high;
-        sum->low[i] += sss_bem__sum_error(sum->high[i], high, total) + low;
-        sum->high[i] = total;
-    }
-}
-
-// Height of the source over the plane, with its own relative accuracy: at a height of 1e-8 of the size a rounded normal
-// would leave 1e-8 of it.
-static double sss_bem__height(const double *corners, size_t count, const double source[3], size_t base)
-{
-    sss_bem__exact a, b, d, normal;
-    double sum = 0.0, rest = 0.0;
-    size_t k;
-    int i;
-    memset(&normal, 0, sizeof normal);
-    for (k = 1; k + 1 < count; k++)
-    {
-        sss_bem__exact_difference(corners + 3 * k, corners, &a);
-        sss_bem__exact_difference(corners + 3 * (k + 1), corners, &b);
-        sss_bem__add_cross(&a, &b, &normal);
-    }
-    sss_bem__exact_difference(corners + 3 * base, source, &d);
-    for (i = 0; i < 3; i++)
-    {
-        const double product = d.high[i] * normal.high[i], total = sum + product;
-        rest += sss_bem__sum_error(sum, product, total) + sss_bem__product_error(d.high[i], normal.high[i], product)
-                + d.high[i] * normal.low[i] + d.low[i] * normal.high[i];
-        sum = total;
-    }
-    return fabs(sum + rest) / sss_bem__length(normal.high);
-}
-
-// Two unit vectors that span the plane, right-handed with the normal.
-static void sss_bem__frame(const double n[3], double u[3], double v[3])
-{
-    const int smallest = fabs(n[0]) <= fabs(n[1]) ? (fabs(n[0]) <= fabs(n[2]) ? 0 : 2)
-                                                  : (fabs(n[1]) <= fabs(n[2]) ? 1 : 2);
-    double length;
-    int i;
-    for (i = 0; i < 3; i++)
-    {
-        u[i] = (i == smallest ? 1.0 : 0.0) - n[smallest] * n[i];
-    }
-    length = sss_bem__length(u);
-    for (i = 0; i < 3; i++)
-    {
-        u[i] /= length;
-    }
-    v[0] = n[1] * u[2] - n[2] * u[1];
-    v[1] = n[2] * u[0] - n[0] * u[2];
-    v[2] = n[0] * u[1] - n[1] * u[0];
-}
-
-// A corner's offset from the base corner, in the plane.
-static void sss_bem__offset(const double *corners, size_t count, size_t k, size_t base, const double u[3],
-                            const double v[3], double out[2])
-{
-    double d[3];
-    sss_bem__subtract(corners + 3 * (k % count), corners + 3 * base, d);
-    out[0] = sss_bem__dot(d, u);
-    out[1] = sss_bem__dot(d, v);
-}
-
-// Distance of q from the edge between two offsets.
-static double sss_bem__edge_distance(const sss_bem__flat *f, const double from[2], const double to[2])
-{
-    const double a[2] = {f->base[0] + from[0], f->base[1] + from[1]};
-    const double e[2] = {to[0] - from[0], to[1] - from[1]};
-    const double square = e[0] * e[0] + e[1] * e[1];
-    double t = square > 0.0 ? -(a[0] * e[0] + a[1] * e[1]) / square : 0.0, x, y;
-    t = t < 0.0 ? 0.0 : t > 1.0 ? 1.0 : t;
-    x = a[0] + t * e[0];
-    y = a[1] + t * e[1];
-    return sqrt(x * x + y * y);
-}
+// ---- the polygon as the source sees it ----
 
 // Chooses the constant C. Inside, only C = G(H) is right, because the angles sum to 2 pi; outside, where they sum to
 // 0, any C is, and the G of a point of the polygon keeps the terms as small as the result. Just outside, where
 // G(H) is not much more than the G of the nearest point, C = G(H) does both.
-static void sss_bem__choose_reference(sss_bem__flat *f, int inside, double distance, double extent,
-                                      const double center[2])
+static void sss_bem__choose_reference(sss_bem__flat *f, const sss_bem__outline *o, size_t count)
 {
-    const double x = f->base[0] + center[0], y = f->base[1] + center[1];
-    const double s_near = sqrt(distance * distance + f->H * f->H);
-    f->about_q = inside || (distance < 0.5 * f->H && distance < extent && f->sigma * (s_near - f->H) < 1.0);
-    f->center[0] = center[0];
-    f->center[1] = center[1];
-    f->inside = inside;
-    f->on_polygon = f->H == 0.0 && (inside || distance == 0.0);
+    const double d[2] = {o->center[0] / (double)count, o->center[1] / (double)count};
+    const double x = f->base[0] + d[0], y = f->base[1] + d[1];
+    f->about_q = o->winding != 0 || (o->distance2 < 0.25 * f->H * f->H && o->distance2 < o->longest2
+                                     && f->sigma * (sss_bem__nearest_of(o, f->H) - f->H) < 1.0);
+    f->center[0] = d[0];
+    f->center[1] = d[1];
     f->s_c = f->about_q ? f->H : sqrt(x * x + y * y + f->H * f->H);
     f->C = f->s_c > 0.0 ? sss_bem__G(f->sigma, f->s_c) : 0.0;
 }
 
-// Along slim polygons long edges cancel: their allowance is the narrower for it.
+// Longest edge over altitude, above which a triangle is slim: its long edges all but cancel, and it is halved.
+#define SSS_BEM__SLIM 16.0
+#define SSS_BEM__DEEPEST 160 // halvings of a slim triangle
+
+// Rules and limits for a tolerance. Edges of what is not slim cancel to an eighth at worst. A Gauss rule of n nodes on
+// a far strip leaves about (4/far_ratio)^(-2n) of it.
 static void sss_bem__choose_rule(sss_bem__flat *f, double tolerance, double slimness)
 {
-    tolerance /= slimness > 1.0 ? slimness : 1.0;
-    f->rule = tolerance >= 1e-4 ? sss_bem__gauss4 : tolerance >= 1e-8 ? sss_bem__gauss8 : sss_bem__gauss16;
-    f->rule_size = tolerance >= 1e-4 ? 2 : tolerance >= 1e-8 ? 4 : 8;
-    f->reach = tolerance >= 1e-4 ? 12.0 : tolerance >= 1e-8 ? 22.0 : 45.0;
+    const double edges = tolerance / sss_bem__max(1.0, 0.5 * sss_bem__min(slimness, SSS_BEM__SLIM));
+    f->rule = edges >= 1e-4 ? sss_bem__gauss4 : edges >= 1e-8 ? sss_bem__gauss8 : sss_bem__gauss16;
+    f->rule_size = edges >= 1e-4 ? 2 : edges >= 1e-8 ? 4 : 8;
+    f->reach = edges >= 1e-4 ? 18.0 : edges >= 1e-8 ? 28.0 : 45.0;
+    f->far_rule = tolerance >= 1e-4 ? sss_bem__gauss4 : sss_bem__gauss8;
+    f->far_size = tolerance >= 1e-4 ? 2 : 4;
+    f->far_ratio = tolerance >= 1e-8 ? 0.8 : 0.5;
+    f->far_decay = tolerance >= 1e-4 ? 1.5 : 2.0;
+    if (f->single)
+    {
+        f->reach = 18.0;
+        f->far_ratio = 0.5;
+        f->far_decay = 1.0;
+    }
+}
+
+// Whether a source in the plane lies on an edge, or at a corner.
+static int sss_bem__on_border(const sss_bem__plane *plane, const double source[3])
+{
+    size_t k;
+    for (k = 0; k < plane->count; k++)
+    {
+        sss_bem__exact edge, from, to, area;
+        memset(&area, 0, sizeof area);
+        sss_bem__exact_difference(plane->corners + 3 * k, source, &from);
+        sss_bem__exact_difference(plane->corners + 3 * ((k + 1) % plane->count), source, &to);
+        sss_bem__exact_difference(plane->corners + 3 * ((k + 1) % plane->count), plane->corners + 3 * k, &edge);
+        sss_bem__add_cross(&from, &edge, &area);
+        if (sss_bem__length(area.high) == 0.0 && sss_bem__exact_dot(&from, &to) <= 0.0)
+        {
+            return 1;
+        }
+    }
+    return 0;
 }
 
 // Reads the polygon into its plane. 0 where it has no area.
 static int sss_bem__flatten(const double *corners, size_t count, const double source[3], double sigma,
-                            double tolerance, sss_bem__flat *f, double u[3], double v[3], size_t *base)
+                            double tolerance, int single, sss_bem__plane *plane, sss_bem__flat *f)
 {
-    double normal[3], d[3], nearest = HUGE_VAL;
-    double center[2] = {0.0, 0.0}, angle = 0.0, distance = HUGE_VAL, extent = 0.0, perimeter = 0.0, area2 = 0.0;
+    sss_bem__exact to_base;
+    sss_bem__outline o;
+    double from[2], to[2], perimeter = 0.0, slimness;
     size_t k;
-    if (!sss_bem__normal(corners, count, normal))
+    memset(f, 0, sizeof *f);
+    if (!sss_bem__make_plane(corners, count, source, single, plane))
     {
         return 0;
     }
-    sss_bem__frame(normal, u, v);
+    f->plane = plane;
+    f->source = source;
+    f->sigma = sigma;
+    f->single = single;
+    sss_bem__exact_difference(corners + 3 * plane->base, source, &to_base);
+    f->H = fabs(single ? sss_bem__dot(to_base.high, plane->normal.high)
+                       : sss_bem__exact_dot(&to_base, &plane->normal)) / plane->area2;
+    sss_bem__in_plane(plane, source, corners + 3 * plane->base, f->base);
+    sss_bem__start_outline(&o);
+    sss_bem__offset(plane, 0, from);
     for (k = 0; k < count; k++)
     {
-        sss_bem__subtract(corners + 3 * k, source, d);
-        if (sss_bem__dot(d, d) < nearest)
+        sss_bem__offset(plane, k + 1, to);
+        sss_bem__add_outline(f->base, from, to, &o);
+        perimeter += count > 3 ? hypot(to[0] - from[0], to[1] - from[1]) : 0.0;
+        from[0] = f->corner[(k + 1) % 3][0] = to[0]; // kept of triangles
+        from[1] = f->corner[(k + 1) % 3][1] = to[1];
+    }
+    f->inside = o.winding != 0;
+    f->s_near = sss_bem__nearest_of(&o, f->H);
+    f->on_polygon = f->H == 0.0 && (f->inside || sss_bem__on_border(plane, source));
+    slimness = (count > 3 ? 0.25 * perimeter * perimeter : o.longest2) / plane->area2;
+    f->slim = slimness > SSS_BEM__SLIM;
+    sss_bem__choose_reference(f, &o, count);
+    sss_bem__choose_rule(f, tolerance, slimness);
+    return 1;
+}
+
+// ---- triangles by pieces ----
+// A triangle that is far from the source for its size, or slim, is not integrated along its edges, whose sum cancels
+// by (distance/size)^2 and by length/width, but over its area, where nothing cancels: a slim one is cut across until
+// its pieces are far, or no longer slim. Those that stay near are integrated along the edges.
+
+// A strip: the points (1 - b) bottom(a) + b top(a), with bottom and top linear in a and all cuts a = constant parallel,
+// so that dA = ((1 - a) J[0] + a J[1]) da db. A triangle is one with a tip at a = 0.
+typedef struct sss_bem__strip
+{
+    double x[2][2][2];      // offsets: [end][bottom, top]
+    double weight[2][2][3]; // barycentric coordinates of the triangle
+    double J[2];            // halved along with the strip, so that they keep their digits
+    int whole;              // it is the polygon, its corners in their order
+} sss_bem__strip;
+
+// The integral over a triangle, and those with the barycentric coordinates as weights, over z.
+typedef struct sss_bem__piece_sums
+{
+    double whole, part[3];
+} sss_bem__piece_sums;
+
+// By the Gauss rule in both directions.
+static void sss_bem__far_strip(const sss_bem__flat *f, const sss_bem__strip *t, sss_bem__piece_sums *sums)
+{
+    const int n = 2 * f->far_size;
+    int i, j, k;
+    for (i = 0; i < n; i++)
+    {
+        const double *gauss_a = f->far_rule[i / 2];
+        const double a = 0.5 + (i % 2 ? 0.5 : -0.5) * gauss_a[0];
+        const double J = 0.25 * gauss_a[1] * ((1.0 - a) * t->J[0] + a * t->J[1]);
+        for (j = 0; j < n; j++)
         {
-            nearest = sss_bem__dot(d, d);
-            *base = k;
+            const double *gauss_b = f->far_rule[j / 2];
+            const double b = 0.5 + (j % 2 ? 0.5 : -0.5) * gauss_b[0];
+            const double at[4] = {(1.0 - a) * (1.0 - b), (1.0 - a) * b, a * (1.0 - b), a * b};
+            const double x = f->base[0] + at[0] * t->x[0][0][0] + at[1] * t->x[0][1][0] + at[2] * t->x[1][0][0]
+                             + at[3] * t->x[1][1][0];
+            const double y = f->base[1] + at[0] * t->x[0][0][1] + at[1] * t->x[0][1][1] + at[2] * t->x[1][0][1]
+                             + at[3] * t->x[1][1][1];
+            const double s2 = x * x + y * y + f->H * f->H, s = sqrt(s2);
+            const double term = J * gauss_b[1] * (1.0 + f->sigma * s) * exp(-f->sigma * s) / (s2 * s);
+            sums->whole += term;
+            for (k = 0; k < 3; k++)
+            {
+                sums->part[k] += term * (at[0] * t->weight[0][0][k] + at[1] * t->weight[0][1][k]
+                                         + at[2] * t->weight[1][0][k] + at[3] * t->weight[1][1][k]);
+            }
         }
     }
-    sss_bem__subtract(corners + 3 * *base, source, d);
-    f->sigma = sigma;
-    f->H = sss_bem__height(corners, count, source, *base);
-    f->base[0] = sss_bem__dot(d, u);
-    f->base[1] = sss_bem__dot(d, v);
-    for (k = 0; k < count; k++)
+}
+
+// The edges of a strip, one after the other: from corner k to the next. 0 where it has no length.
+static int sss_bem__strip_side(const sss_bem__flat *f, const sss_bem__strip *t, int k, sss_bem__side *e)
+{
+    static const int corner[5][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}}; // [end, top]
+    const double *from = t->x[corner[k][0]][corner[k][1]], *to = t->x[corner[k + 1][0]][corner[k + 1][1]];
+    return sss_bem__make_side(f, from, to, e);
+}
+
+// Along the edges. lambda_k = lambda_k(q) + grad lambda_k . (x - q), and int (x - q) K dA = -int grad G dA
+// = -sum_edges n int G dt by Gauss's theorem, n outward; with C - G in the place of -G because the edges' normals sum
+// to 0.
+static void sss_bem__near_strip(sss_bem__flat *f, const sss_bem__outline *o, const sss_bem__strip *t,
+                                sss_bem__piece_sums *sums)
+{
+    double theta = 0.0, moment[2] = {0.0, 0.0};
+    sss_bem__side e;
+    int k, i;
+    sss_bem__choose_reference(f, o, 4);
+    for (k = 0; k < 4; k++)
     {
-        double from[2], to[2], a[2], b[2];
-        sss_bem__offset(corners, count, k, *base, u, v, from);
-        sss_bem__offset(corners, count, k + 1, *base, u, v, to);
-        a[0] = f->base[0] + from[0];
-        a[1] = f->base[1] + from[1];
-        b[0] = f->base[0] + to[0];
-        b[1] = f->base[1] + to[1];
-        perimeter += sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]));
-        area2 += from[0] * to[1] - from[1] * to[0];
-        angle += atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]);
-        distance = sss_bem__min(distance, sss_bem__edge_distance(f, from, to));
-        extent = sss_bem__max(extent, sqrt(from[0] * from[0] + from[1] * from[1]));
-        center[0] += from[0] / (double)count;
-        center[1] += from[1] / (double)count;
+        if (sss_bem__strip_side(f, t, k, &e))
+        {
+            sss_bem__edge_sum sum;
+            if (t->whole && k < 3)
+            {
+                sss_bem__sharpen_side(f, (size_t)k, &e);
+            }
+            sum = sss_bem__side_integral(f, &e);
+            theta += sum.theta;
+            moment[0] += e.direction[1] * sum.line; // the outward normal is (direction y, -direction x)
+            moment[1] -= e.direction[0] * sum.line;
+        }
     }
-    sss_bem__choose_reference(f, fabs(angle) > SSS_BEM__PI, distance, extent, center);
-    sss_bem__choose_rule(f, tolerance, area2 > 0.0 ? perimeter * perimeter / (8.0 * area2) : HUGE_VAL);
-    return 1;
+    sums->whole += theta;
+    for (k = 0; k < 3; k++)
+    {
+        double at_q = t->weight[1][0][k];
+        for (i = 0; i < 2; i++)
+        {
+            at_q -= f->gradient[k][i] * (f->base[i] + t->x[1][0][i]);
+        }
+        sums->part[k] += at_q * theta + f->gradient[k][0] * moment[0] + f->gradient[k][1] * moment[1];
+    }
+}
+
+// ---- strips in float: lengths in units of the source's distance from the whole, so that any unit will do ----
+
+// By Gauss's rule of three nodes in both directions.
+static void sss_bem__far_strip_float(const sss_bem__flat *f, const sss_bem__strip *t, sss_bem__piece_sums *sums)
+{
+    static const float rule[3][2] = {{0.11270167f, 0.27777778f}, {0.5f, 0.44444444f}, {0.88729833f, 0.27777778f}};
+    const float sigma = (float)f->sigma, H2 = (float)(f->H * f->H);
+    const float J[2] = {(float)t->J[0], (float)t->J[1]};
+    float x[2][2][2], sum = 0.0f;
+    int i, j, k;
+    for (i = 0; i < 8; i++)
+    {
+        x[i / 4][i / 2 % 2][i % 2] = (float)(f->base[i % 2] + t->x[i / 4][i / 2 % 2][i % 2]);
+    }
+    for (i = 0; i < 3; i++)
+    {
+        const float a = rule[i][0], weight = rule[i][1] * ((1.0f - a) * J[0] + a * J[1]);
+        for (j = 0; j < 3; j++)
+        {
+            const float b = rule[j][0];
+            float s2 = H2, s;
+            for (k = 0; k < 2; k++)
+            {
+                const float bottom = x[0][0][k] + a * (x[1][0][k] - x[0][0][k]);
+                const float top = x[0][1][k] + a * (x[1][1][k] - x[0][1][k]);
+                s2 += (bottom + b * (top - bottom)) * (bottom + b * (top - bottom));
+            }
+            s = sqrtf(s2);
+            sum += weight * rule[j][1] * (1.0f + sigma * s) * expf(-sigma * (s - 1.0f)) / (s2 * s);
+        }
+    }
+    sums->whole += (double)sum;
+}
+
+// Widest panel in w and in sigma s, for six Gauss nodes.
+#define SSS_BEM__PANEL_WIDTH 2.0f
+#define SSS_BEM__PANEL_DECAY 3.0f
+
+// Gauss-Legendre nodes > 0 and weights of six.
+static const float sss_bem__gauss6[3][2] = {{0.23861919f, 0.46791393f},
+                                            {0.66120939f, 0.36076157f},
+                                            {0.93246951f, 0.17132449f}};
+
+// A source, as the edges of a piece see it.
+typedef struct sss_bem__view_float
+{
+    float sigma, H;
+    float s_c, C; // G is C at that distance
+    int about_q;
+} sss_bem__view_float;
+
+// (C - G) s/rho^2 at a distance s. About q, where s^2 = rho^2 + H^2, it is C (1 + sigma H (1 - exp(-x))/x)/(s + H) with
+// x = sigma (s - H): not even at the foot of q on an edge is there a difference to lose digits.
+static float sss_bem__integrand_float(const sss_bem__view_float *v, float rho2, float s)
+{
+    if (v->about_q)
+    {
+        const float over = 1.0f / (s + v->H), x = v->sigma * rho2 * over;
+        const float mean = x < 0.02f ? 1.0f - x * (0.5f - x * (1.0f / 6.0f)) : (1.0f - expf(-x)) / x;
+        return v->C * over * (1.0f + v->sigma * v->H * mean);
+    }
+    return (v->C * s - expf(-v->sigma * (s - 1.0f))) / rho2;
+}
+
+// int (C - G) dtheta over t in [a, b], G over exp(-sigma). With t = S sinh w, S^2 = p^2 + H^2, s is S cosh w, dt is
+// s dw: the integrand is smooth in w however close the source is to the edge, and a long edge is short in w.
+static float sss_bem__panels_float(const sss_bem__view_float *v, float p, float S, float a, float b)
+{
+    const float s_a = sqrtf(S * S + a * a), s_b = sqrtf(S * S + b * b);
+    const float low = a < 0.0f ? S / (s_a - a) : (s_a + a) / S; // exp(asinh(a/S)), without cancellation
+    const float high = b < 0.0f ? S / (s_b - b) : (s_b + b) / S;
+    const float s_low = a * b < 0.0f ? S : s_a < s_b ? s_a : s_b, s_high = s_a < s_b ? s_b : s_a;
+    const float range = logf(high / low);
+    // The nearest singularity is where s = 0, pi/2 away in w; not about q also where rho = 0, which may be nearer.
+    const float t_least = a * b < 0.0f ? 0.0f : fabsf(a) < fabsf(b) ? a : b;
+    const float ratio = v->about_q ? 1.0f : sqrtf(p * p + t_least * t_least) / S;
+    const float by_width = range / (SSS_BEM__PANEL_WIDTH * (ratio < 1.0f ? ratio : 1.0f));
+    const float by_decay = v->sigma * (s_high - s_low) / SSS_BEM__PANEL_DECAY;
+    const int panels = 1 + (int)(by_width > by_decay ? by_width : by_decay);
+    const float half = 0.5f * range / (float)panels, stride = expf(2.0f * half);
+    float step[3], middle = low * expf(half), sum = 0.0f;
+    int panel, i, sign;
+    for (i = 0; i < 3; i++)
+    {
+        step[i] = expf(half * sss_bem__gauss6[i][0]);
+    }
+    for (panel = 0; panel < panels; panel++, middle *= stride)
+    {
+        for (i = 0; i < 3; i++)
+        {
+            for (sign = 0; sign < 2; sign++)
+            {
+                const float e = sign ? middle * step[i] : middle / step[i], over = 1.0f / e; // exp(w)
+                const float s = 0.5f * S * (e + over), t = 0.5f * S * (e - over);
+                sum += sss_bem__gauss6[i][1] * sss_bem__integrand_float(v, p * p + t * t, s);
+            }
+        }
+    }
+    return half * p * sum;
+}
+
+// int dtheta over t in [a, b].
+static float sss_bem__angle(float p, float a, float b)
+{
+    return atan2f(p * (b - a), p * p + a * b);
+}
+
+// int (C - G) dtheta along an edge. What is so far away that G is nothing beside C is C dtheta.
+static float sss_bem__edge_float(const sss_bem__view_float *v, const sss_bem__side *e)
+{
+    const float p = (float)e->p, a = (float)e->t_start, b = (float)(e->t_start + e->length);
+    const float S = sqrtf(p * p + v->H * v->H), s_high = v->s_c + 18.0f / (v->sigma > 1e-9f ? v->sigma : 1e-9f);
+    const float t_high = S < s_high ? sqrtf((s_high - S) * (s_high + S)) : 0.0f;
+    const float low = a > -t_high ? a : -t_high, high = b < t_high ? b : t_high;
+    float sum;
+    if (!(fabsf(p) > 1e-12f))
+    {
+        return 0.0f; // the edge points at q
+    }
+    if (!(low < high))
+    {
+        return v->C * sss_bem__angle(p, a, b);
+    }
+    sum = sss_bem__panels_float(v, p, S, low, high);
+    sum += a < low ? v->C * sss_bem__angle(p, a, low) : 0.0f;
+    sum += high < b ? v->C * sss_bem__angle(p, high, b) : 0.0f;
+    return sum;
+}
+
+// The same choice of C as in sss_bem__choose_reference, with G(H) taken as far as the digits last.
+static void sss_bem__near_strip_float(sss_bem__flat *f, const sss_bem__outline *o, const sss_bem__strip *t,
+                                      sss_bem__piece_sums *sums)
+{
+    const double s_near = sss_bem__nearest_of(o, f->H);
+    sss_bem__view_float v;
+    int k;
+    v.sigma = (float)f->sigma;
+    v.H = (float)f->H;
+    v.about_q = s_near < 4.0 * f->H && f->sigma * (s_near - f->H) < 1.5;
+    v.s_c = (float)(v.about_q ? f->H : s_near);
+    v.C = expf(-v.sigma * (v.s_c - 1.0f)) / v.s_c;
+    for (k = 0; k < 4; k++)
+    {
+        sss_bem__side e;
+        if (sss_bem__strip_side(f, t, k, &e))
+        {
+            sums->whole += (double)sss_bem__edge_float(&v, &e);
+        }
+    }
+}
+
+// The half of a strip at one of its ends.
+static void sss_bem__halve(const sss_bem__strip *t, int end, sss_bem__strip *out)
+{
+    int side, k;
+    *out = *t;
+    out->whole = 0;
+    for (side = 0; side < 2; side++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            out->weight[1 - end][side][k] = 0.5 * (t->weight[0][side][k] + t->weight[1][side][k]);
+        }
+        for (k = 0; k < 2; k++)
+        {
+            out->x[1 - end][side][k] = 0.5 * (t->x[0][side][k] + t->x[1][side][k]);
+        }
+    }
+    out->J[end] = 0.5 * t->J[end];
+    out->J[1 - end] = 0.25 * (t->J[0] + t->J[1]);
+}
+
+static void sss_bem__add_strip(sss_bem__flat *f, const sss_bem__strip *t, int depth, sss_bem__piece_sums *sums)
+{
+    sss_bem__outline o;
+    sss_bem__strip half;
+    double s_near, longest, decay;
+    sss_bem__start_outline(&o);
+    sss_bem__add_outline(f->base, t->x[0][0], t->x[1][0], &o);
+    sss_bem__add_outline(f->base, t->x[1][0], t->x[1][1], &o);
+    sss_bem__add_outline(f->base, t->x[1][1], t->x[0][1], &o);
+    sss_bem__add_outline(f->base, t->x[0][1], t->x[0][0], &o);
+    s_near = sss_bem__nearest_of(&o, f->H);
+    longest = sqrt(o.longest2);
+    if (f->sigma * (s_near - f->s_near) > f->reach)
+    {
+        return; // nothing beside the rest of the triangle
+    }
+    // exp(-sigma s) is as tame as sigma s varies, but less so where that bends: under the source
+    decay = f->sigma * sss_bem__min(longest, 8.0 * (sqrt(o.farthest2 + f->H * f->H) - s_near));
+    if (longest <= f->far_ratio * s_near && decay <= f->far_decay)
+    {
+        (f->single ? sss_bem__far_strip_float : sss_bem__far_strip)(f, t, sums);
+    }
+    else if (o.longest2 <= SSS_BEM__SLIM * (t->J[0] + t->J[1]) || depth == SSS_BEM__DEEPEST)
+    {
+        (f->single ? sss_bem__near_strip_float : sss_bem__near_strip)(f, &o, t, sums);
+    }
+    else
+    {
+        sss_bem__halve(t, 0, &half);
+        sss_bem__add_strip(f, &half, depth + 1, sums);
+        sss_bem__halve(t, 1, &half);
+        sss_bem__add_strip(f, &half, depth + 1, sums);
+    }
+}
+
+// A strip from a tip to the edge between two other points, each with its barycentric coordinates.
+static void sss_bem__add_wedge(sss_bem__flat *f, const double tip[2], const double bottom[2], const double top[2],
+                               const double tip_weight[3], const double bottom_weight[3], const double top_weight[3],
+                               double area2, int whole, sss_bem__piece_sums *sums)
+{
+    sss_bem__strip t;
+    int side;
+    for (side = 0; side < 2; side++)
+    {
+        memcpy(t.x[0][side], tip, sizeof t.x[0][side]);
+        memcpy(t.x[1][side], side ? top : bottom, sizeof t.x[1][side]);
+        memcpy(t.weight[0][side], tip_weight, sizeof t.weight[0][side]);
+        memcpy(t.weight[1][side], side ? top_weight : bottom_weight, sizeof t.weight[1][side]);
+    }
+    t.J[0] = 0.0;
+    t.J[1] = area2;
+    t.whole = whole;
+    sss_bem__add_strip(f, &t, 0, sums);
+}
+
+// A triangle of three corners' offsets: as one strip, or, if it is slim, as two from the ends of its longest edge to
+// the altitude.
+static void sss_bem__add_triangle(const sss_bem__flat *f, const double x[3][2], double area2,
+                                  sss_bem__piece_sums *sums)
+{
+    static const double unit[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};
+    sss_bem__flat work = *f; // its reference moves from strip to strip
+    double length2[3], foot[2], share, split[3] = {0.0, 0.0, 0.0};
+    int k, a, b, c;
+    for (k = 0; k < 3; k++)
+    {
+        const double *from = x[k], *to = x[(k + 1) % 3], e[2] = {to[0] - from[0], to[1] - from[1]};
+        length2[k] = e[0] * e[0] + e[1] * e[1];
+        work.gradient[(k + 2) % 3][0] = -e[1] / area2; // of the opposite corner's coordinate
+        work.gradient[(k + 2) % 3][1] = e[0] / area2;
+    }
+    a = length2[0] >= length2[1] && length2[0] >= length2[2] ? 0 : length2[1] >= length2[2] ? 1 : 2;
+    b = (a + 1) % 3;
+    c = (a + 2) % 3;
+    if (length2[a] <= SSS_BEM__SLIM * area2)
+    {
+        sss_bem__add_wedge(&work, x[0], x[1], x[2], unit[0], unit[1], unit[2], area2, f->plane->count == 3, sums);
+        return;
+    }
+    share = ((x[c][0] - x[a][0]) * (x[b][0] - x[a][0]) + (x[c][1] - x[a][1]) * (x[b][1] - x[a][1])) / length2[a];
+    if (share * length2[a] < area2 || (1.0 - share) * length2[a] < area2) // no wide angle: one tip, one short edge
+    {
+        const int tip = share < 0.5 ? b : a;
+        sss_bem__add_wedge(&work, x[tip], x[(tip + 1) % 3], x[(tip + 2) % 3], unit[tip], unit[(tip + 1) % 3],
+                           unit[(tip + 2) % 3], area2, 0, sums);
+        return;
+    }
+    split[a] = 1.0 - share;
+    split[b] = share;
+    foot[0] = x[a][0] + share * (x[b][0] - x[a][0]);
+    foot[1] = x[a][1] + share * (x[b][1] - x[a][1]);
+    sss_bem__add_wedge(&work, x[a], foot, x[c], unit[a], split, unit[c], share * area2, 0, sums);
+    sss_bem__add_wedge(&work, x[b], x[c], foot, unit[b], unit[c], split, (1.0 - share) * area2, 0, sums);
 }
 
 static int sss_bem__valid_polygon(const double *corners, size_t count, const double source[3], double z, double sigma)
@@ -893,17 +1367,84 @@ static double sss_bem__infinite(double z)
     return z > 0.0 ? HUGE_VAL : -HUGE_VAL; // 2 pi z/H
 }
 
+// The edges of any polygon.
+static double sss_bem__edges(const sss_bem__flat *f)
+{
+    double from[2], to[2], sum = 0.0;
+    size_t k;
+    sss_bem__offset(f->plane, 0, from);
+    for (k = 0; k < f->plane->count; k++)
+    {
+        sss_bem__side e;
+        sss_bem__offset(f->plane, k + 1, to);
+        if (sss_bem__make_side(f, from, to, &e))
+        {
+            sss_bem__sharpen_side(f, k, &e);
+            sum += e.p != 0.0 ? sss_bem__side_integral(f, &e).theta : 0.0;
+        }
+        from[0] = to[0];
+        from[1] = to[1];
+    }
+    return sum;
+}
+
+// The triangles between the first corner of a polygon and each edge. 0 where one of them is turned over: the polygon is
+// not convex.
+static int sss_bem__add_fan(const sss_bem__flat *f, sss_bem__piece_sums *sums)
+{
+    double x[3][2];
+    size_t k;
+    sss_bem__offset(f->plane, 0, x[0]);
+    sss_bem__offset(f->plane, 1, x[1]);
+    for (k = 2; k < f->plane->count; k++)
+    {
+        double area2;
+        sss_bem__offset(f->plane, k, x[2]);
+        area2 = sss_bem__difference_of_products(x[1][0] - x[0][0], x[2][1] - x[0][1], x[1][1] - x[0][1],
+                                                x[2][0] - x[0][0]);
+        if (area2 < 0.0)
+        {
+            return 0;
+        }
+        if (area2 > 0.0)
+        {
+            sss_bem__add_triangle(f, (const double (*)[2])x, area2, sums);
+        }
+        x[1][0] = x[2][0];
+        x[1][1] = x[2][1];
+    }
+    return 1;
+}
+
+// A triangle in units of the source's distance, so that floats do for any unit of length.
+static void sss_bem__rescale(sss_bem__flat *f)
+{
+    const double scale = 1.0 / f->s_near;
+    int i, k;
+    for (i = 0; i < 2; i++)
+    {
+        f->base[i] *= scale;
+        for (k = 0; k < 3; k++)
+        {
+            f->corner[k][i] *= scale;
+        }
+    }
+    f->H *= scale;
+    f->sigma *= f->s_near;
+    f->s_near = 1.0;
+}
+
 SSS_BEM_API double sss_bem_form_factor_within(const double *corners, size_t corner_count, const double source[3],
                                               double z, double sigma, double tolerance)
 {
+    sss_bem__plane plane;
     sss_bem__flat f;
-    double u[3], v[3], sum = 0.0;
-    size_t base = 0, k;
+    sss_bem__piece_sums sums = {0.0, {0.0, 0.0, 0.0}};
     if (!sss_bem__valid_polygon(corners, corner_count, source, z, sigma) || !(tolerance >= 0.0 && tolerance <= 1.0))
     {
         return NAN;
     }
-    if (z == 0.0 || !sss_bem__flatten(corners, corner_count, source, sigma, tolerance, &f, u, v, &base))
+    if (z == 0.0 || !sss_bem__flatten(corners, corner_count, source, sigma, tolerance, 0, &plane, &f))
     {
         return 0.0;
     }
@@ -911,15 +1452,12 @@ SSS_BEM_API double sss_bem_form_factor_within(const double *corners, size_t corn
     {
         return sss_bem__infinite(z);
     }
-    for (k = 0; k < corner_count; k++)
+    if (corner_count == 3)
     {
-        sss_bem__side e;
-        double from[2], to[2];
-        sss_bem__offset(corners, corner_count, k, base, u, v, from);
-        sss_bem__offset(corners, corner_count, k + 1, base, u, v, to);
-        sum += sss_bem__make_side(&f, from, to, &e) && e.p != 0.0 ? sss_bem__side_integral(&f, &e).theta : 0.0;
+        sss_bem__add_triangle(&f, (const double (*)[2])f.corner, plane.area2, &sums);
+        return z * sums.whole;
     }
-    return z * sum;
+    return z * (f.slim && sss_bem__add_fan(&f, &sums) ? sums.whole : sss_bem__edges(&f));
 }
 
 SSS_BEM_API double sss_bem_form_factor(const double *corners, size_t corner_count, const double source[3], double z,
@@ -928,48 +1466,19 @@ SSS_BEM_API double sss_bem_form_factor(const double *corners, size_t corner_coun
     return sss_bem_form_factor_within(corners, corner_count, source, z, sigma, 0.0);
 }
 
-// ---- linear irradiance ----
-
-// lambda_k = lambda_k(q) + grad lambda_k . (x - q), and int (x - q) K dA = -int grad G dA = -sum_edges n int G dt by
-// Gauss's theorem, n outward; with C - G in the place of -G because the edges' normals sum to 0.
-static void sss_bem__linear_parts(const sss_bem__flat *f, const double corner[3][2], double z, double out[3])
-{
-    double theta = 0.0, moment[2] = {0.0, 0.0}, double_area;
-    sss_bem__side e[3];
-    int k;
-    for (k = 0; k < 3; k++)
-    {
-        if (sss_bem__make_side(f, corner[k], corner[(k + 1) % 3], &e[k]))
-        {
-            const sss_bem__edge_sum sum = sss_bem__side_integral(f, &e[k]);
-            theta += sum.theta;
-            moment[0] += e[k].direction[1] * sum.line; // the outward normal is (direction y, -direction x)
-            moment[1] -= e[k].direction[0] * sum.line;
-        }
-    }
-    double_area = sss_bem__difference_of_products(corner[1][0] - corner[0][0], corner[2][1] - corner[0][1],
-                                                  corner[1][1] - corner[0][1], corner[2][0] - corner[0][0]);
-    for (k = 0; k < 3; k++)
-    {
-        const sss_bem__side *opposite = &e[(k + 1) % 3];
-        const double scale = opposite->length / double_area;
-        const double inward = -opposite->direction[1] * moment[0] + opposite->direction[0] * moment[1];
-        out[k] = z * scale * (opposite->p * theta + inward);
-    }
-}
-
 SSS_BEM_API sss_result sss_bem_form_factor_linear(const double *corners, const double source[3], double z,
                                                   double sigma, double tolerance, double out[3])
 {
+    sss_bem__plane plane;
     sss_bem__flat f;
-    double u[3], v[3], corner[3][2];
-    size_t base = 0, k;
+    sss_bem__piece_sums sums = {0.0, {0.0, 0.0, 0.0}};
+    size_t k;
     if (out == NULL || !sss_bem__valid_polygon(corners, 3, source, z, sigma) || !(tolerance >= 0.0 && tolerance <= 1.0))
     {
         return SSS_ERROR_INVALID_ARGUMENT;
     }
     out[0] = out[1] = out[2] = 0.0;
-    if (z == 0.0 || !sss_bem__flatten(corners, 3, source, sigma, tolerance, &f, u, v, &base))
+    if (z == 0.0 || !sss_bem__flatten(corners, 3, source, sigma, tolerance, 0, &plane, &f))
     {
         return SSS_OK;
     }
@@ -978,12 +1487,44 @@ SSS_BEM_API sss_result sss_bem_form_factor_linear(const double *corners, const d
         out[0] = out[1] = out[2] = sss_bem__infinite(z);
         return SSS_OK;
     }
+    sss_bem__add_triangle(&f, (const double (*)[2])f.corner, plane.area2, &sums);
     for (k = 0; k < 3; k++)
     {
-        sss_bem__offset(corners, 3, k, base, u, v, corner[k]);
+        out[k] = z * sums.part[k];
     }
-    sss_bem__linear_parts(&f, (const double (*)[2])corner, z, out);
     return SSS_OK;
+}
+
+SSS_BEM_API float sss_bem_form_factor_float(const float *corners, const float source[3], float z, float sigma)
+{
+    double exact[9], exact_source[3], s_near, area2;
+    sss_bem__plane plane;
+    sss_bem__flat f;
+    sss_bem__piece_sums sums = {0.0, {0.0, 0.0, 0.0}};
+    size_t k;
+    if (corners == NULL || source == NULL || !sss_bem__all_finite(corners, 9) || !sss_bem__all_finite(source, 3)
+        || !sss_bem__finite((double)z) || !sss_bem__finite((double)sigma) || sigma < 0.0f)
+    {
+        return (float)NAN;
+    }
+    for (k = 0; k < 9; k++)
+    {
+        exact[k] = (double)corners[k];
+        exact_source[k % 3] = (double)source[k % 3];
+    }
+    if (z == 0.0f || !sss_bem__flatten(exact, 3, exact_source, (double)sigma, 1e-4, 1, &plane, &f))
+    {
+        return 0.0f;
+    }
+    if (f.on_polygon)
+    {
+        return (float)sss_bem__infinite((double)z);
+    }
+    s_near = f.s_near;
+    area2 = plane.area2 / s_near / s_near;
+    sss_bem__rescale(&f);
+    sss_bem__add_triangle(&f, (const double (*)[2])f.corner, area2, &sums);
+    return (float)((double)z / s_near * exp(-(double)sigma * s_near) * sums.whole);
 }
 
 // ---- the paper's series ----
@@ -1007,9 +1548,10 @@ SSS_BEM_API double sss_bem_form_factor_taylor(const double *corners, size_t corn
                                               double z, double sigma, sss_bem_taylor *conditions)
 {
     sss_bem_taylor c = {0.0, 0.0, 0};
+    sss_bem__plane plane;
     sss_bem__flat f;
-    double u[3], v[3], sum;
-    size_t base = 0, k;
+    double sum;
+    size_t k;
     if (conditions != NULL)
     {
         c = *conditions;
@@ -1022,7 +1564,7 @@ SSS_BEM_API double sss_bem_form_factor_taylor(const double *corners, size_t corn
     {
         return NAN;
     }
-    if (z == 0.0 || !sss_bem__flatten(corners, corner_count, source, sigma, 0.0, &f, u, v, &base))
+    if (z == 0.0 || !sss_bem__flatten(corners, corner_count, source, sigma, 0.0, 0, &plane, &f))
     {
         return 0.0;
     }
@@ -1035,8 +1577,8 @@ SSS_BEM_API double sss_bem_form_factor_taylor(const double *corners, size_t corn
     {
         sss_bem__side e;
         double from[2], to[2];
-        sss_bem__offset(corners, corner_count, k, base, u, v, from);
-        sss_bem__offset(corners, corner_count, k + 1, base, u, v, to);
+        sss_bem__offset(&plane, k, from);
+        sss_bem__offset(&plane, k + 1, to);
         if (sss_bem__make_side(&f, from, to, &e) && e.p != 0.0) // R = |p|; its sign is that of eq. 18
         {
             sum -= sss_bem__taylor_segment(&f, e.p, e.t_start, e.t_start + e.length, 40, &c);
@@ -1053,9 +1595,8 @@ SSS_BEM_API double sss_bem_form_factor_taylor(const double *corners, size_t corn
 
 enum
 {
-    SSS_BEM__LANES = 16,  // receivers in a row: those share their links
-    SSS_BEM__CLASSES = 256, // of sizes of clusters
-    SSS_BEM__BATCH = 32   // links, or pairs, whose factors are computed at a time
+    SSS_BEM__LANES = 16,   // receivers in a row: those share their links
+    SSS_BEM__CLASSES = 256 // of sizes of clusters
 };
 
 // How light reaches receivers. Links are of a whole row: clusters by their moments, triangles that are nearer by points
@@ -1133,6 +1674,8 @@ typedef struct sss_bem__model
     float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
     sss_bem__rule rule[2]; // of edges, of long edges
     int rough;             // the registers' own estimates of 1/sqrt and a short exp are good enough
+    int half_k;            // k is kept in 16 bits
+    size_t factor_words;
     float height2[2][3], square[2][3], weight[2][3], decay[3]; // 2 h, h^2, z scale, -sigma/ln 2: for the registers
 } sss_bem__model;
 
@@ -1150,12 +1693,62 @@ typedef struct sss_bem__corners
     float normal[3];
 } sss_bem__corners;
 
-// Factors, [3][channel][lane of the row, or pair of the block]. Of a triangle: for the irradiance at its corners. Of a
-// cluster: k, a, b, so that its light is k int E dA + (a w + b n) . int E (x - center) dA, with w from the receiver to
-// the center and n the receiver's normal.
-typedef float sss_bem__factor[3][3][SSS_BEM__LANES];
+// What a link or pair gives, for each channel and lane (of the row, or place in a block of pairs): k, a, b. A cluster
+// gives k int E dA + (a w + b n) . int E (x - center) dA, with w from the receiver to the center and n the receiver's
+// normal; a triangle with the irradiances E_0, E_1, E_2 at its corners gives k E_0 + a (E_1 - E_0) + b (E_2 - E_0).
+// What render mode costs is reading these, so they are kept short: a and b, which only say how light varies, have 8 bits
+// of mantissa, and so has k at loose tolerances. Sums on the fly use the same rounded numbers.
+//     words [0, 48): a in the upper half, b in the lower one, [channel][lane];   behind them k, in 32 bits or in 16
+enum
+{
+    SSS_BEM__BATCH = 32, // links, or pairs, whose factors are computed at a time
+    SSS_BEM__K_WORD = 3 * SSS_BEM__LANES,
+    SSS_BEM__FACTOR_WORDS = 6 * SSS_BEM__LANES,      // at most
+    SSS_BEM__HALF_FACTOR_WORDS = 9 * SSS_BEM__LANES / 2
+};
 
 // ---- the formulas, in plain C ----
+
+static uint32_t sss_bem__bits(float x)
+{
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+static float sss_bem__from_bits(uint32_t bits)
+{
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static void sss_bem__put_factor(int half_k, uint32_t *factor, int c, int lane, const float kab[3])
+{
+    const size_t place = (size_t)(c * SSS_BEM__LANES + lane);
+    const uint32_t a = sss_bem__bits(kab[1]) + 0x8000u, b = sss_bem__bits(kab[2]) + 0x8000u; // to the nearest
+    const uint32_t k = sss_bem__bits(kab[0]);
+    const uint16_t half = (uint16_t)((k + 0x8000u) >> 16);
+    factor[place] = (a & 0xffff0000u) | b >> 16;
+    if (half_k)
+    {
+        memcpy((unsigned char *)(factor + SSS_BEM__K_WORD) + place * sizeof half, &half, sizeof half);
+    }
+    else
+    {
+        factor[SSS_BEM__K_WORD + place] = k;
+    }
+}
+
+static void sss_bem__get_factor(int half_k, const uint32_t *factor, int c, int lane, float kab[3])
+{
+    const size_t place = (size_t)(c * SSS_BEM__LANES + lane);
+    uint16_t half;
+    memcpy(&half, (const unsigned char *)(factor + SSS_BEM__K_WORD) + place * sizeof half, sizeof half);
+    kab[0] = sss_bem__from_bits(half_k ? (uint32_t)half << 16 : factor[SSS_BEM__K_WORD + (half_k ? 0 : place)]);
+    kab[1] = sss_bem__from_bits(factor[place] & 0xffff0000u);
+    kab[2] = sss_bem__from_bits(factor[place] << 16);
+}
 
 // Gauss's rule with so many nodes on an edge: 4, 8 or 16.
 static void sss_bem__set_rule(int nodes, sss_bem__rule *out)
@@ -1198,7 +1791,7 @@ static float sss_bem__dotf(const float a[3], const float b[3])
 }
 
 static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                    const sss_bem__node *node, sss_bem__factor out)
+                                    const sss_bem__node *node, uint32_t *out)
 {
     const float *C = node->moment;
     float w[3], n[3], squares[2], forms[4], Cw[3], Cn[3];
@@ -1225,10 +1818,7 @@ static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lane
         float sums[3] = {0.0f, 0.0f, 0.0f};
         sss_bem__cluster_source(m, 0, c, squares, forms, sums);
         sss_bem__cluster_source(m, 1, c, squares, forms, sums);
-        for (i = 0; i < 3; i++)
-        {
-            out[i][c][lane] = sums[i];
-        }
+        sss_bem__put_factor(m->half_k, out, c, lane, sums);
     }
 }
 
@@ -1286,7 +1876,7 @@ static const sss_bem__points_rule sss_bem__close_rule = { // Dunavant, degree 8
 
 // A triangle by points, from its corners as the receiver sees them: factors for the irradiance at the corners.
 static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__points_rule *rule, const float w[3][3],
-                                   const float n[3], float area, sss_bem__factor out, int place)
+                                   const float n[3], float area, uint32_t *out, int place)
 {
     float x[3], squares[2], sums[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
     int q, i, k, c;
@@ -1308,18 +1898,16 @@ static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__point
             }
         }
     }
-    for (k = 0; k < 3; k++)
+    for (c = 0; c < 3; c++)
     {
-        for (c = 0; c < 3; c++)
-        {
-            out[k][c][place] = area * sums[k][c];
-        }
+        const float kab[3] = {area * (sums[0][c] + sums[1][c] + sums[2][c]), area * sums[1][c], area * sums[2][c]};
+        sss_bem__put_factor(m->half_k, out, c, place, kab);
     }
 }
 
 // A triangle near a row.
 static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                 const sss_bem__corners *corners, float area, sss_bem__factor out)
+                                 const sss_bem__corners *corners, float area, uint32_t *out)
 {
     float w[3][3], n[3];
     int i, k;
@@ -1485,7 +2073,7 @@ static void sss_bem__triangle_source(const sss_bem__model *m, const sss_bem__rul
 
 // One pair of a block.
 static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *b, int kind, int place,
-                                 sss_bem__factor out)
+                                 uint32_t *out)
 {
     const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
     sss_bem__view v;
@@ -1508,13 +2096,15 @@ static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *
     sss_bem__view_triangle((const float (*)[3])w, n, normal, &v);
     for (c = 0; c < 3; c++)
     {
-        float real[3], virtual_source[3];
+        float real[3], virtual_source[3], kab[3];
         sss_bem__triangle_source(m, rule, 0, c, &v, real);
         sss_bem__triangle_source(m, rule, 1, c, &v, virtual_source);
         for (k = 0; k < 3; k++)
         {
-            out[k][c][place] = m->scale[c] * (real[k] + virtual_source[k]);
+            kab[k] = m->scale[c] * (real[k] + virtual_source[k]);
         }
+        kab[0] += kab[1] + kab[2];
+        sss_bem__put_factor(m->half_k, out, c, place, kab);
     }
 }
 
@@ -1574,6 +2164,33 @@ SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__scale8(sss_bem__v8 a, sss_
     const __m256i bits = _mm256_slli_epi32(_mm256_add_epi32(power, _mm256_set1_epi32(127)), 23);
     return _mm256_mul_ps(a, _mm256_castsi256_ps(bits));
 }
+// Two floats rounded to 16 bits in one word, and back; and a row of rounded ones.
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__pack8(sss_bem__v8 a, sss_bem__v8 b)
+{
+    const __m256i half = _mm256_set1_epi32(0x8000);
+    const __m256i x = _mm256_and_si256(_mm256_add_epi32(_mm256_castps_si256(a), half), _mm256_set1_epi32(-65536));
+    const __m256i y = _mm256_srli_epi32(_mm256_add_epi32(_mm256_castps_si256(b), half), 16);
+    return _mm256_castsi256_ps(_mm256_or_si256(x, y));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__upper8(sss_bem__v8 a)
+{
+    return _mm256_castsi256_ps(_mm256_and_si256(_mm256_castps_si256(a), _mm256_set1_epi32(-65536)));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__lower8(sss_bem__v8 a)
+{
+    return _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_castps_si256(a), 16));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 void sss_bem__store_half8(void *at, sss_bem__v8 a)
+{
+    const __m256i x = _mm256_srli_epi32(_mm256_add_epi32(_mm256_castps_si256(a), _mm256_set1_epi32(0x8000)), 16);
+    const __m256i y = _mm256_permute4x64_epi64(_mm256_packus_epi32(x, x), 0x08);
+    _mm_storeu_si128((__m128i *)at, _mm256_castsi256_si128(y));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__load_half8(const void *at)
+{
+    const __m256i x = _mm256_cvtepu16_epi32(_mm_loadu_si128((const __m128i *)at));
+    return _mm256_castsi256_ps(_mm256_slli_epi32(x, 16));
+}
 // Splits a > 0 into 2^exponent and a mantissa in [1, 2).
 SSS_BEM__INLINE SSS_BEM__TARGET8 sss_bem__v8 sss_bem__exponent8(sss_bem__v8 a)
 {
@@ -1628,6 +2245,36 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__round16(sss_bem__v16 a)
 SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__scale16(sss_bem__v16 a, sss_bem__v16 n)
 {
     return _mm512_maskz_scalef_ps((__mmask16)0xffff, a, n);
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 __m512i sss_bem__rounded16(sss_bem__v16 a) // its upper 16 bits
+{
+    return _mm512_maskz_add_epi32((__mmask16)0xffff, _mm512_castps_si512(a), _mm512_set1_epi32(0x8000));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__upper16(sss_bem__v16 a)
+{
+    return _mm512_castsi512_ps(
+        _mm512_maskz_and_epi32((__mmask16)0xffff, _mm512_castps_si512(a), _mm512_set1_epi32(-65536)));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__lower16(sss_bem__v16 a)
+{
+    return _mm512_castsi512_ps(_mm512_maskz_slli_epi32((__mmask16)0xffff, _mm512_castps_si512(a), 16));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__pack16(sss_bem__v16 a, sss_bem__v16 b)
+{
+    const __m512i x =
+        _mm512_maskz_and_epi32((__mmask16)0xffff, sss_bem__rounded16(a), _mm512_set1_epi32(-65536));
+    const __m512i y = _mm512_maskz_srli_epi32((__mmask16)0xffff, sss_bem__rounded16(b), 16);
+    return _mm512_castsi512_ps(_mm512_maskz_or_epi32((__mmask16)0xffff, x, y));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 void sss_bem__store_half16(void *at, sss_bem__v16 a)
+{
+    const __m512i x = _mm512_maskz_srli_epi32((__mmask16)0xffff, sss_bem__rounded16(a), 16);
+    _mm256_storeu_si256((__m256i *)at, _mm512_maskz_cvtepi32_epi16((__mmask16)0xffff, x));
+}
+SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__load_half16(const void *at)
+{
+    const __m512i x = _mm512_maskz_cvtepu16_epi32((__mmask16)0xffff, _mm256_loadu_si256((const __m256i *)at));
+    return _mm512_castsi512_ps(_mm512_maskz_slli_epi32((__mmask16)0xffff, x, 16));
 }
 SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__exponent16(sss_bem__v16 a)
 {
@@ -1686,6 +2333,33 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         y = sss_bem__fma##N(y, f, sss_bem__set##N(6.93147181e-1f));                                                    \
         return sss_bem__scale##N(sss_bem__fma##N(y, f, sss_bem__set##N(1.0f)), n);                                     \
     }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__put_factor##N(                                                    \
+        const sss_bem__model *m, uint32_t *factor, int c, int lane, sss_bem__v##N k, sss_bem__v##N a,                  \
+        sss_bem__v##N b)                                                                                               \
+    {                                                                                                                  \
+        uint32_t *ab = factor + c * SSS_BEM__LANES + lane;                                                             \
+        unsigned char *at = (unsigned char *)(factor + SSS_BEM__K_WORD);                                               \
+        sss_bem__store##N((float *)(void *)ab, sss_bem__pack##N(a, b));                                                \
+        if (m->half_k)                                                                                                 \
+        {                                                                                                              \
+            sss_bem__store_half##N(at + 2 * (c * SSS_BEM__LANES + lane), k);                                           \
+        }                                                                                                              \
+        else                                                                                                           \
+        {                                                                                                              \
+            sss_bem__store##N((float *)(void *)(at + 4 * (c * SSS_BEM__LANES + lane)), k);                             \
+        }                                                                                                              \
+    }                                                                                                                  \
+    SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__get_factor##N(const sss_bem__model *m, const uint32_t *factor,    \
+                                                                   int c, int lane, sss_bem__v##N *kab)                \
+    {                                                                                                                  \
+        const unsigned char *at = (const unsigned char *)(factor + SSS_BEM__K_WORD);                                   \
+        const uint32_t *words = factor + c * SSS_BEM__LANES + lane;                                                    \
+        const sss_bem__v##N ab = sss_bem__load##N((const float *)(const void *)words);                                 \
+        kab[0] = m->half_k ? sss_bem__load_half##N(at + 2 * (c * SSS_BEM__LANES + lane))                               \
+                           : sss_bem__load##N((const float *)(const void *)(at + 4 * (c * SSS_BEM__LANES + lane)));    \
+        kab[1] = sss_bem__upper##N(ab);                                                                                \
+        kab[2] = sss_bem__lower##N(ab);                                                                                \
+    }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N sss_bem__v##N sss_bem__log##N(sss_bem__v##N a)                                  \
     {                                                                                                                  \
         const sss_bem__v##N one = sss_bem__set##N(1.0f), e = sss_bem__exponent##N(a), x = sss_bem__mantissa##N(a);     \
@@ -1728,9 +2402,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
     }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__any_far_factors##N(                                               \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
-        size_t count, sss_bem__factor *out, const int rough)                                                           \
+        size_t count, uint32_t *out, const int rough)                                                                  \
     {                                                                                                                  \
-        int lane, c, i;                                                                                                \
+        int lane, c;                                                                                                   \
         for (lane = 0; lane < SSS_BEM__LANES; lane += N)                                                               \
         {                                                                                                              \
             const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + lane), nx = sss_bem__load##N(lanes->n[0] + lane);   \
@@ -1766,17 +2440,14 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                     sums[0] = sums[1] = sums[2] = zero;                                                                \
                     sss_bem__cluster_source##N(m, 0, c, squares, forms, sums, rough);                                  \
                     sss_bem__cluster_source##N(m, 1, c, squares, forms, sums, rough);                                  \
-                    for (i = 0; i < 3; i++)                                                                            \
-                    {                                                                                                  \
-                        sss_bem__store##N(out[k][i][c] + lane, sums[i]);                                               \
-                    }                                                                                                  \
+                    sss_bem__put_factor##N(m, out + k * m->factor_words, c, lane, sums[0], sums[1], sums[2]);          \
                 }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__far_factors##N(                                                            \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__link *links,  \
-        size_t count, sss_bem__factor *out)                                                                            \
+        size_t count, uint32_t *out)                                                                                   \
     {                                                                                                                  \
         if (m->rough)                                                                                                  \
         {                                                                                                              \
@@ -1814,7 +2485,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
     }                                                                                                                  \
     SSS_BEM__INLINE SSS_BEM__TARGET##N void sss_bem__sum_points##N(                                                    \
         const sss_bem__model *m, const sss_bem__points_rule *rule, sss_bem__v##N (*w)[3], const sss_bem__v##N *n,      \
-        sss_bem__v##N area, int first, sss_bem__factor out, const int rough)                                           \
+        sss_bem__v##N area, int first, uint32_t *out, const int rough)                                                 \
     {                                                                                                                  \
         sss_bem__v##N sums[3][3], x[3], K[3];                                                                          \
         int q, i, k, c;                                                                                                \
@@ -1840,17 +2511,15 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 sums[2][c] = sss_bem__fma##N(c_3, weighted, sums[2][c]);                                               \
             }                                                                                                          \
         }                                                                                                              \
-        for (k = 0; k < 3; k++)                                                                                        \
+        for (c = 0; c < 3; c++)                                                                                        \
         {                                                                                                              \
-            for (c = 0; c < 3; c++)                                                                                    \
-            {                                                                                                          \
-                sss_bem__store##N(out[k][c] + first, area * sums[k][c]);                                               \
-            }                                                                                                          \
+            sss_bem__put_factor##N(m, out, c, first, area * (sums[0][c] + sums[1][c] + sums[2][c]),                    \
+                                   area * sums[1][c], area * sums[2][c]);                                              \
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__near_factors##N(                                                           \
         const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__corners *corners, float area,             \
-        sss_bem__factor out)                                                                                           \
+        uint32_t *out)                                                                                                 \
     {                                                                                                                  \
         const sss_bem__points_rule *rule = &sss_bem__near_rule;                                                        \
         int first, i, k;                                                                                               \
@@ -1876,7 +2545,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__close_factors##N(const sss_bem__model *m, const sss_bem__block *b,         \
-                                                             sss_bem__factor out)                                      \
+                                                             uint32_t *out)                                            \
     {                                                                                                                  \
         int first, i, k;                                                                                               \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
@@ -2044,9 +2713,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__edge_factors##N(const sss_bem__model *m, const sss_bem__rule *rule,        \
-                                                            const sss_bem__block *b, sss_bem__factor out)         \
+                                                            const sss_bem__block *b, uint32_t *out)                    \
     {                                                                                                                  \
-        int first, c, k;                                                                                               \
+        int first, c;                                                                                                  \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
             sss_bem__view##N v;                                                                                        \
@@ -2057,10 +2726,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
                 sum[0] = sum[1] = sum[2] = sss_bem__set##N(0.0f);                                                      \
                 sss_bem__triangle_source##N(m, rule, 0, c, &v, sum);                                                   \
                 sss_bem__triangle_source##N(m, rule, 1, c, &v, sum);                                                   \
-                for (k = 0; k < 3; k++)                                                                                \
-                {                                                                                                      \
-                    sss_bem__store##N(out[k][c] + first, sum[k]);                                                      \
-                }                                                                                                      \
+                sss_bem__put_factor##N(m, out, c, first, sum[0] + sum[1] + sum[2], sum[1], sum[2]);                    \
             }                                                                                                          \
         }                                                                                                              \
     }
@@ -2097,8 +2763,9 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
         }                                                                                                              \
     }                                                                                                                  \
     SSS_BEM__TARGET##N static void sss_bem__add_far##N(                                                                \
-        const sss_bem__lanes *lanes, const sss_bem__node *nodes, const sss_bem__light *lights,                         \
-        const sss_bem__link *links, const sss_bem__factor *factors, size_t count, float (*light)[SSS_BEM__LANES])      \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *nodes,                              \
+        const sss_bem__light *lights, const sss_bem__link *links, const uint32_t *factors, size_t count,               \
+        float (*light)[SSS_BEM__LANES])                                                                                \
     {                                                                                                                  \
         int first, c;                                                                                                  \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
@@ -2106,7 +2773,7 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             const sss_bem__v##N x = sss_bem__load##N(lanes->x[0] + first), nx = sss_bem__load##N(lanes->n[0] + first); \
             const sss_bem__v##N y = sss_bem__load##N(lanes->x[1] + first), ny = sss_bem__load##N(lanes->n[1] + first); \
             const sss_bem__v##N z = sss_bem__load##N(lanes->x[2] + first), nz = sss_bem__load##N(lanes->n[2] + first); \
-            sss_bem__v##N sum[3];                                                                                      \
+            sss_bem__v##N sum[3], kab[3];                                                                              \
             size_t k;                                                                                                  \
             for (c = 0; c < 3; c++)                                                                                    \
             {                                                                                                          \
@@ -2115,21 +2782,20 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             for (k = 0; k < count; k++)                                                                                \
             {                                                                                                          \
                 const sss_bem__node *node = nodes + links[k].node;                                                     \
-                const sss_bem__light *from = lights + links[k].node;                                                   \
+                const float *from = lights[links[k].node].v;                                                           \
                 const sss_bem__v##N wx = sss_bem__set##N(node->center[0]) - x;                                         \
                 const sss_bem__v##N wy = sss_bem__set##N(node->center[1]) - y;                                         \
                 const sss_bem__v##N wz = sss_bem__set##N(node->center[2]) - z;                                         \
                 for (c = 0; c < 3; c++)                                                                                \
                 {                                                                                                      \
-                    const sss_bem__v##N mx = sss_bem__set##N(from->v[3 + 3 * c]);                                      \
-                    const sss_bem__v##N my = sss_bem__set##N(from->v[4 + 3 * c]);                                      \
-                    const sss_bem__v##N mz = sss_bem__set##N(from->v[5 + 3 * c]);                                      \
+                    const sss_bem__v##N mx = sss_bem__set##N(from[3 + 3 * c]);                                         \
+                    const sss_bem__v##N my = sss_bem__set##N(from[4 + 3 * c]);                                         \
+                    const sss_bem__v##N mz = sss_bem__set##N(from[5 + 3 * c]);                                         \
                     const sss_bem__v##N along = sss_bem__fma##N(wx, mx, sss_bem__fma##N(wy, my, wz * mz));             \
                     const sss_bem__v##N across = sss_bem__fma##N(nx, mx, sss_bem__fma##N(ny, my, nz * mz));            \
-                    sum[c] = sss_bem__fma##N(sss_bem__set##N(from->v[c]),                                              \
-                                             sss_bem__load##N(factors[k][0][c] + first), sum[c]);                      \
-                    sum[c] = sss_bem__fma##N(along, sss_bem__load##N(factors[k][1][c] + first), sum[c]);               \
-                    sum[c] = sss_bem__fma##N(across, sss_bem__load##N(factors[k][2][c] + first), sum[c]);              \
+                    sss_bem__get_factor##N(m, factors + k * m->factor_words, c, first, kab);                           \
+                    sum[c] = sss_bem__fma##N(sss_bem__set##N(from[c]), kab[0], sum[c]);                                \
+                    sum[c] = sss_bem__fma##N(along, kab[1], sss_bem__fma##N(across, kab[2], sum[c]));                  \
                 }                                                                                                      \
             }                                                                                                          \
             for (c = 0; c < 3; c++)                                                                                    \
@@ -2138,19 +2804,19 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
             }                                                                                                          \
         }                                                                                                              \
     }                                                                                                                  \
-    SSS_BEM__TARGET##N static void sss_bem__add_near##N(const float (*E)[3], const sss_bem__factor factor,             \
-                                                        float (*light)[SSS_BEM__LANES])                                \
+    SSS_BEM__TARGET##N static void sss_bem__add_near##N(const sss_bem__model *m, const float (*E)[3],                  \
+                                                        const uint32_t *factor, float (*light)[SSS_BEM__LANES])        \
     {                                                                                                                  \
-        int first, c, k;                                                                                               \
+        int first, c;                                                                                                  \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
             for (c = 0; c < 3; c++)                                                                                    \
             {                                                                                                          \
-                sss_bem__v##N sum = sss_bem__load##N(light[c] + first);                                                \
-                for (k = 0; k < 3; k++)                                                                                \
-                {                                                                                                      \
-                    sum = sss_bem__fma##N(sss_bem__set##N(E[k][c]), sss_bem__load##N(factor[k][c] + first), sum);      \
-                }                                                                                                      \
+                sss_bem__v##N sum = sss_bem__load##N(light[c] + first), kab[3];                                        \
+                sss_bem__get_factor##N(m, factor, c, first, kab);                                                      \
+                sum = sss_bem__fma##N(sss_bem__set##N(E[0][c]), kab[0], sum);                                          \
+                sum = sss_bem__fma##N(sss_bem__set##N(E[1][c] - E[0][c]), kab[1], sum);                                \
+                sum = sss_bem__fma##N(sss_bem__set##N(E[2][c] - E[0][c]), kab[2], sum);                                \
                 sss_bem__store##N(light[c] + first, sum);                                                              \
             }                                                                                                          \
         }                                                                                                              \
@@ -2948,6 +3614,8 @@ static void sss_bem__choose_rules(sss_bem *b)
     sss_bem__set_rule(tolerance >= 3e-3 ? 4 : tolerance >= 1e-3 ? 8 : 16, &b->model.rule[0]);
     sss_bem__set_rule(16, &b->model.rule[1]);
     b->model.rough = tolerance >= 1e-3;
+    b->model.half_k = tolerance >= 5e-3;
+    b->model.factor_words = b->model.half_k ? SSS_BEM__HALF_FACTOR_WORDS : SSS_BEM__FACTOR_WORDS;
 }
 
 static void sss_bem__set_model(sss_bem *b)
@@ -3414,27 +4082,25 @@ static int sss_bem__walk_on(sss_bem__walk *w)
 // ---- factors and sums ----
 
 // Receivers that have pairs instead get nothing from the link.
-static void sss_bem__mask_factors(const sss_bem__link *links, size_t count, sss_bem__factor *out)
+static void sss_bem__mask_factors(const sss_bem__model *m, const sss_bem__link *links, size_t count, uint32_t *out)
 {
+    static const float nothing[3] = {0.0f, 0.0f, 0.0f};
     size_t k;
-    int lane, i, c;
+    int lane, c;
     for (k = 0; k < count; k++)
     {
         for (lane = 0; lane < SSS_BEM__LANES && links[k].who != 0xffff; lane++)
         {
-            for (i = 0; i < 3 && !(links[k].who >> lane & 1u); i++)
+            for (c = 0; c < 3 && !(links[k].who >> lane & 1u); c++)
             {
-                for (c = 0; c < 3; c++)
-                {
-                    out[k][i][c][lane] = 0.0f;
-                }
+                sss_bem__put_factor(m->half_k, out + k * m->factor_words, c, lane, nothing);
             }
         }
     }
 }
 
 static void sss_bem__far_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
-                                 size_t count, sss_bem__factor *out)
+                                 size_t count, uint32_t *out)
 {
     size_t k;
     int lane;
@@ -3456,12 +4122,13 @@ static void sss_bem__far_factors(const sss_bem *b, const sss_bem__lanes *lanes, 
     {
         for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
-            sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node], out[k]);
+            sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node],
+                                    out + k * b->model.factor_words);
         }
     }
 }
 
-static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes, uint32_t index, sss_bem__factor out)
+static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes, uint32_t index, uint32_t *out)
 {
     const sss_bem__node *node = &b->nodes[index];
     const sss_bem__corners *corners = &b->corners[node->triangle];
@@ -3487,7 +4154,7 @@ static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes,
 }
 
 static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes, int kind, const sss_bem__link *links,
-                                  size_t count, sss_bem__factor *out)
+                                  size_t count, uint32_t *out)
 {
     size_t k;
     if (kind == SSS_BEM__FAR)
@@ -3497,9 +4164,9 @@ static void sss_bem__link_factors(const sss_bem *b, const sss_bem__lanes *lanes,
     }
     for (k = 0; k < count; k++)
     {
-        sss_bem__near_factors(b, lanes, links[k].node, out[k]);
+        sss_bem__near_factors(b, lanes, links[k].node, out + k * b->model.factor_words);
     }
-    sss_bem__mask_factors(links, count, out);
+    sss_bem__mask_factors(&b->model, links, count, out);
 }
 
 static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *pairs,
@@ -3527,7 +4194,7 @@ static void sss_bem__fill_block(const sss_bem *b, const sss_bem__lanes *lanes, c
 
 // Factors of up to a block of pairs of one kind.
 static void sss_bem__pair_factors(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *pairs, int kind,
-                                  size_t count, sss_bem__factor out)
+                                  size_t count, uint32_t *out)
 {
     const sss_bem__model *m = &b->model;
     sss_bem__block block;
@@ -3562,21 +4229,21 @@ typedef struct sss_bem__sums
 } sss_bem__sums;
 
 static void sss_bem__add_far(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__link *links,
-                             const sss_bem__factor *factors, size_t count, float (*light)[SSS_BEM__LANES])
+                             const uint32_t *factors, size_t count, float (*light)[SSS_BEM__LANES])
 {
     size_t k;
     int c, i, lane;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__add_far16(lanes, b->nodes, b->lights, links, factors, count, light);
+        sss_bem__add_far16(&b->model, lanes, b->nodes, b->lights, links, factors, count, light);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__add_far8(lanes, b->nodes, b->lights, links, factors, count, light);
+        sss_bem__add_far8(&b->model, lanes, b->nodes, b->lights, links, factors, count, light);
         return;
     }
 #endif
@@ -3588,35 +4255,42 @@ static void sss_bem__add_far(const sss_bem *b, const sss_bem__lanes *lanes, cons
         {
             for (lane = 0; lane < SSS_BEM__LANES; lane++)
             {
-                float along = 0.0f, across = 0.0f;
+                float along = 0.0f, across = 0.0f, kab[3];
+                sss_bem__get_factor(b->model.half_k, factors + k * b->model.factor_words, c, lane, kab);
                 for (i = 0; i < 3; i++)
                 {
                     along += (center[i] - lanes->x[i][lane]) * from->v[3 + 3 * c + i];
                     across += lanes->n[i][lane] * from->v[3 + 3 * c + i];
                 }
-                light[c][lane] += from->v[c] * factors[k][0][c][lane] + along * factors[k][1][c][lane]
-                                  + across * factors[k][2][c][lane];
+                light[c][lane] += from->v[c] * kab[0] + along * kab[1] + across * kab[2];
             }
         }
     }
 }
 
-static void sss_bem__add_near(const sss_bem *b, uint32_t node, const sss_bem__factor factor,
-                              float (*light)[SSS_BEM__LANES])
+// A triangle's light for one lane.
+static float sss_bem__triangle_light(const sss_bem *b, const float (*E)[3], const uint32_t *factor, int c, int lane)
+{
+    float kab[3];
+    sss_bem__get_factor(b->model.half_k, factor, c, lane, kab);
+    return E[0][c] * kab[0] + (E[1][c] - E[0][c]) * kab[1] + (E[2][c] - E[0][c]) * kab[2];
+}
+
+static void sss_bem__add_near(const sss_bem *b, uint32_t node, const uint32_t *factor, float (*light)[SSS_BEM__LANES])
 {
     const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[node].triangle];
     int c, lane;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__add_near16(E, factor, light);
+        sss_bem__add_near16(&b->model, E, factor, light);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__add_near8(E, factor, light);
+        sss_bem__add_near8(&b->model, E, factor, light);
         return;
     }
 #endif
@@ -3624,14 +4298,13 @@ static void sss_bem__add_near(const sss_bem *b, uint32_t node, const sss_bem__fa
     {
         for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
-            light[c][lane] +=
-                E[0][c] * factor[0][c][lane] + E[1][c] * factor[1][c][lane] + E[2][c] * factor[2][c][lane];
+            light[c][lane] += sss_bem__triangle_light(b, E, factor, c, lane);
         }
     }
 }
 
 static void sss_bem__add_links(const sss_bem *b, const sss_bem__lanes *lanes, int kind, const sss_bem__link *links,
-                               const sss_bem__factor *factors, size_t count, sss_bem__sums *sums)
+                               const uint32_t *factors, size_t count, sss_bem__sums *sums)
 {
     size_t k;
     if (kind == SSS_BEM__FAR)
@@ -3641,11 +4314,11 @@ static void sss_bem__add_links(const sss_bem *b, const sss_bem__lanes *lanes, in
     }
     for (k = 0; k < count; k++)
     {
-        sss_bem__add_near(b, links[k].node, (const float (*)[3][SSS_BEM__LANES])factors[k], sums->light[kind]);
+        sss_bem__add_near(b, links[k].node, factors + k * b->model.factor_words, sums->light[kind]);
     }
 }
 
-static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__link *pairs, const sss_bem__factor factors,
+static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__link *pairs, const uint32_t *factors,
                                size_t count, float (*light)[SSS_BEM__LANES])
 {
     size_t k;
@@ -3655,8 +4328,7 @@ static void sss_bem__add_pairs(const sss_bem *b, const sss_bem__link *pairs, con
         const float (*E)[3] = (const float (*)[3])b->corner_E[b->nodes[pairs[k].node].triangle];
         for (c = 0; c < 3; c++)
         {
-            light[c][pairs[k].who] +=
-                E[0][c] * factors[0][c][k] + E[1][c] * factors[1][c][k] + E[2][c] * factors[2][c][k];
+            light[c][pairs[k].who] += sss_bem__triangle_light(b, E, factors, c, (int)k);
         }
     }
 }
@@ -3691,9 +4363,9 @@ static void sss_bem__gather_pairs(const sss_bem *b, sss_bem__walk *w, int kind, 
     while (done + SSS_BEM__LANES <= w->counts[kind] || (all && done < w->counts[kind]))
     {
         const size_t count = sss_bem__at_most(w->counts[kind] - done, SSS_BEM__LANES);
-        sss_bem__factor factors;
+        uint32_t factors[SSS_BEM__FACTOR_WORDS];
         sss_bem__pair_factors(b, w->lanes, pairs + done, kind, count, factors);
-        sss_bem__add_pairs(b, pairs + done, (const float (*)[3][SSS_BEM__LANES])factors, count, sums->light[kind]);
+        sss_bem__add_pairs(b, pairs + done, factors, count, sums->light[kind]);
         done += count;
     }
     w->counts[kind] -= done;
@@ -3704,7 +4376,7 @@ static void sss_bem__gather(const sss_bem *b, const sss_bem__lanes *lanes, const
                             size_t lane_count, sss_bem__sums *sums)
 {
     sss_bem__walk walk;
-    sss_bem__factor factors[SSS_BEM__BATCH];
+    uint32_t factors[SSS_BEM__BATCH * SSS_BEM__FACTOR_WORDS];
     int more = 1, kind;
     memset(sums, 0, sizeof *sums);
     sss_bem__start_walk(b, lanes, spheres, lane_count, 1, &walk);
@@ -3715,7 +4387,7 @@ static void sss_bem__gather(const sss_bem *b, const sss_bem__lanes *lanes, const
         {
             const size_t count = walk.counts[kind];
             sss_bem__link_factors(b, lanes, kind, walk.links[kind], count, factors);
-            sss_bem__add_links(b, lanes, kind, walk.links[kind], (const sss_bem__factor *)factors, count, sums);
+            sss_bem__add_links(b, lanes, kind, walk.links[kind], factors, count, sums);
             walk.counts[kind] = 0;
         }
         for (kind = SSS_BEM__LINK_KINDS; kind < SSS_BEM__KINDS; kind++)
@@ -4626,6 +5298,40 @@ static void sss_bem__sample_triangle(const sss_bem__linking *l, const sss_bem__n
     }
 }
 
+// Whether a triangle, as the receiver sees it, has edges below a share of its distance from every source, and of four
+// mean free paths: at 1 and 0.4 the rules of 16 and of 7 points leave 1e-3 of it or less, at 0.1 its moments do.
+static int sss_bem__is_small(const sss_bem__model *m, const float w[3][3], const float n[3], float share)
+{
+    float longest2 = 0.0f, center[3], squares[2];
+    int k, i, c;
+    for (i = 0; i < 3; i++)
+    {
+        center[i] = (w[0][i] + w[1][i] + w[2][i]) * (1.0f / 3.0f);
+    }
+    squares[0] = sss_bem__dotf(center, center);
+    squares[1] = sss_bem__dotf(center, n);
+    for (k = 0; k < 3; k++)
+    {
+        const float *from = w[k], *to = w[(k + 1) % 3];
+        const float e[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]}, length2 = sss_bem__dotf(e, e);
+        longest2 = length2 > longest2 ? length2 : longest2;
+    }
+    for (k = 0; k < 2; k++)
+    {
+        for (c = 0; c < 3; c++)
+        {
+            const float h = m->height[k][c], s2 = squares[0] + 2.0f * h * squares[1] + h * h;
+            const float path = 4.0f * share;
+            if (m->scale[c] > 0.0f
+                && (longest2 > share * share * s2 || longest2 * m->sigma[c] * m->sigma[c] > path * path))
+            {
+                return 0;
+            }
+        }
+    }
+    return 1;
+}
+
 // The form factor of a triangle that is projected onto the plane of its cluster.
 static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__node *leaf, const float center[3],
                                    const float normal[3], float factor[3])
@@ -4634,6 +5340,7 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
     const float facing = sss_bem__dotf(corners->normal, normal) < 0.0f ? -1.0f : 1.0f;
     float w[3][3], n[3], up[3], parts[3];
+    sss_bem__factor points;
     sss_bem__view view;
     int k, i, c, kind;
     for (k = 0; k < 3; k++)
@@ -4653,19 +5360,47 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
         n[i] = l->midpoint.n[i][0];
         up[i] = facing * normal[i]; // a face that is turned over counts positive as well
     }
+    if (sss_bem__is_small(m, (const float (*)[3])w, n, 1.0f))
+    {
+        const int near_rule = sss_bem__is_small(m, (const float (*)[3])w, n, 0.4f);
+        sss_bem__points_factor(m, near_rule ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
+                               leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), points, 0);
+        for (c = 0; c < 3; c++)
+        {
+            factor[c] += points[0][c][0] + points[1][c][0] + points[2][c][0];
+        }
+        return;
+    }
     sss_bem__view_triangle((const float (*)[3])w, n, up, &view);
     for (c = 0; c < 3; c++)
     {
         for (kind = 0; kind < 2; kind++)
         {
-            sss_bem__triangle_source(m, &m->rule[0], kind, c, &view, parts);
+            sss_bem__triangle_source(m, &m->rule[1], kind, c, &view, parts);
             factor[c] += m->scale[c] * (parts[0] + parts[1] + parts[2]);
         }
     }
 }
 
-// F(A, x_o) of eq. 7 between the receiver's midpoint and a cluster: one sample where that is enough, else the form
-// factors of its triangles in the cluster's plane, or as many samples as Jensen and Buhler take.
+// Whether a triangle's moments do.
+static int sss_bem__leaf_is_small(const sss_bem__linking *l, const sss_bem__node *leaf)
+{
+    const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
+    float w[3][3], n[3];
+    int k, i;
+    for (i = 0; i < 3; i++)
+    {
+        n[i] = l->midpoint.n[i][0];
+        for (k = 0; k < 3; k++)
+        {
+            w[k][i] = corners->x[k][i] - l->midpoint.x[i][0];
+        }
+    }
+    return sss_bem__is_small(&l->bem->model, (const float (*)[3])w, n, 0.1f);
+}
+
+// F(A, x_o) of eq. 7 between the receiver's midpoint and a cluster: by the moments of its area where that is enough,
+// else the form factors of its triangles in the cluster's plane, or as many samples as Jensen and Buhler take.
 static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int is_near, float factor[3])
 {
     const sss_bem *b = l->bem;
@@ -4675,9 +5410,19 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
     uint32_t i;
     int k;
     factor[0] = factor[1] = factor[2] = 0.0f;
-    if (!is_near)
+    if (!is_near && b->options.point_sampling)
     {
         sss_bem__add_sample(l, e->center, e->area, factor);
+        return;
+    }
+    if (e->triangle == UINT32_MAX ? !is_near : sss_bem__leaf_is_small(l, e))
+    {
+        sss_bem__factor mean_factor;
+        sss_bem__cluster_factor(&b->model, &l->midpoint, 0, e, mean_factor);
+        for (k = 0; k < 3; k++)
+        {
+            factor[k] = e->area * mean_factor[0][k][0];
+        }
         return;
     }
     for (k = 0; k < 3; k++)
@@ -5063,7 +5808,7 @@ SSS_BEM_API sss_result sss_bem_gather(const sss_bem *bem, const float *positions
 
 typedef struct sss_bem__stored
 {
-    sss_bem__factor *factors[SSS_BEM__KINDS];
+    uint32_t *factors[SSS_BEM__KINDS];
     sss_bem__link *links[SSS_BEM__KINDS];
 } sss_bem__stored;
 
@@ -5072,26 +5817,26 @@ static size_t sss_bem__factor_count(int kind, size_t count)
     return kind < SSS_BEM__LINK_KINDS ? count : (count + SSS_BEM__LANES - 1) / SSS_BEM__LANES;
 }
 
-static size_t sss_bem__stored_bytes(const size_t *counts)
+static size_t sss_bem__stored_bytes(const sss_bem *b, const size_t *counts)
 {
     size_t bytes = 0;
     int kind;
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
-        bytes += sss_bem__factor_count(kind, counts[kind]) * sizeof(sss_bem__factor)
+        bytes += sss_bem__factor_count(kind, counts[kind]) * b->model.factor_words * sizeof(uint32_t)
                  + counts[kind] * sizeof(sss_bem__link);
     }
     return bytes;
 }
 
-static sss_bem__stored sss_bem__open(unsigned char *data, const size_t *counts)
+static sss_bem__stored sss_bem__open(const sss_bem *b, unsigned char *data, const size_t *counts)
 {
     sss_bem__stored s;
     int kind;
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
-        s.factors[kind] = (sss_bem__factor *)(void *)data;
-        data += sss_bem__factor_count(kind, counts[kind]) * sizeof *s.factors[kind];
+        s.factors[kind] = (uint32_t *)(void *)data;
+        data += sss_bem__factor_count(kind, counts[kind]) * b->model.factor_words * sizeof *s.factors[kind];
         s.links[kind] = (sss_bem__link *)(void *)data;
         data += counts[kind] * sizeof *s.links[kind];
     }
@@ -5110,11 +5855,11 @@ static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
         sss_bem__shade_row(b, row, radiosity);
         return;
     }
-    s = sss_bem__open(r->data, r->counts);
+    s = sss_bem__open(b, r->data, r->counts);
     memset(&sums, 0, sizeof sums);
     for (kind = 0; kind < SSS_BEM__LINK_KINDS; kind++)
     {
-        sss_bem__add_links(b, &b->lanes[row], kind, s.links[kind], (const sss_bem__factor *)s.factors[kind],
+        sss_bem__add_links(b, &b->lanes[row], kind, s.links[kind], s.factors[kind],
                            r->counts[kind], &sums);
     }
     for (kind = SSS_BEM__LINK_KINDS; kind < SSS_BEM__KINDS; kind++)
@@ -5122,7 +5867,7 @@ static void sss_bem__render_row(const sss_bem *b, size_t row, float *radiosity)
         for (done = 0; done < r->counts[kind]; done += SSS_BEM__LANES)
         {
             sss_bem__add_pairs(b, s.links[kind] + done,
-                               (const float (*)[3][SSS_BEM__LANES])s.factors[kind][done / SSS_BEM__LANES],
+                               s.factors[kind] + done / SSS_BEM__LANES * b->model.factor_words,
                                sss_bem__at_most(r->counts[kind] - done, SSS_BEM__LANES), sums.light[kind]);
         }
     }
@@ -5246,7 +5991,7 @@ static void sss_bem__plan_row(const sss_bem *b, sss_bem__plan *plan)
     sss_bem__start_walk(b, &b->lanes[plan->row], &b->spheres[plan->row], r->count, 0, &walk);
     if (r->data != NULL)
     {
-        old = sss_bem__open(r->data, r->counts);
+        old = sss_bem__open(b, r->data, r->counts);
         walk.since = r->moved <= r->stamp ? r->stamp : 0;
     }
     while (more)
@@ -5294,14 +6039,26 @@ static int sss_bem__make_room(const sss_hooks *hooks, sss_bem__plan *plan)
     return plan->entries != NULL;
 }
 
+static void sss_bem__copy_place(const sss_bem__model *m, const uint32_t *from, size_t from_place, uint32_t *to,
+                                size_t to_place)
+{
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        float kab[3];
+        sss_bem__get_factor(m->half_k, from, c, (int)from_place, kab);
+        sss_bem__put_factor(m->half_k, to, c, (int)to_place, kab);
+    }
+}
+
 // Computes the factors of the links or pairs `which` into their places.
 static void sss_bem__fill_factors(const sss_bem *b, const sss_bem__lanes *lanes, int kind, sss_bem__stored *s,
                           const size_t *which, size_t count)
 {
     sss_bem__link links[SSS_BEM__BATCH] = {{0, 0}};
-    sss_bem__factor factors[SSS_BEM__BATCH];
+    uint32_t factors[SSS_BEM__BATCH * SSS_BEM__FACTOR_WORDS];
+    const size_t words = b->model.factor_words;
     size_t k;
-    int i, c;
     for (k = 0; k < count; k++)
     {
         links[k] = s->links[kind][which[k]];
@@ -5312,42 +6069,34 @@ static void sss_bem__fill_factors(const sss_bem *b, const sss_bem__lanes *lanes,
     }
     else
     {
-        sss_bem__pair_factors(b, lanes, links, kind, count, factors[0]);
+        sss_bem__pair_factors(b, lanes, links, kind, count, factors);
     }
     for (k = 0; k < count; k++)
     {
         if (kind < SSS_BEM__LINK_KINDS)
         {
-            memcpy(s->factors[kind][which[k]], factors[k], sizeof factors[k]);
-            continue;
+            memcpy(s->factors[kind] + which[k] * words, factors + k * words, words * sizeof *factors);
         }
-        for (i = 0; i < 3; i++)
+        else
         {
-            for (c = 0; c < 3; c++)
-            {
-                s->factors[kind][which[k] / SSS_BEM__LANES][i][c][which[k] % SSS_BEM__LANES] = factors[0][i][c][k];
-            }
+            sss_bem__copy_place(&b->model, factors, k, s->factors[kind] + which[k] / SSS_BEM__LANES * words,
+                                which[k] % SSS_BEM__LANES);
         }
     }
 }
 
-static void sss_bem__copy_factor(int kind, sss_bem__stored *from, size_t from_place, sss_bem__stored *to,
-                                 size_t to_place)
+static void sss_bem__copy_factor(const sss_bem__model *m, int kind, const sss_bem__stored *from, size_t from_place,
+                                 sss_bem__stored *to, size_t to_place)
 {
-    int i, c;
+    const size_t words = m->factor_words;
     if (kind < SSS_BEM__LINK_KINDS)
     {
-        memcpy(to->factors[kind][to_place], from->factors[kind][from_place], sizeof to->factors[kind][to_place]);
+        memcpy(to->factors[kind] + to_place * words, from->factors[kind] + from_place * words,
+               words * sizeof *to->factors[kind]);
         return;
     }
-    for (i = 0; i < 3; i++)
-    {
-        for (c = 0; c < 3; c++)
-        {
-            to->factors[kind][to_place / SSS_BEM__LANES][i][c][to_place % SSS_BEM__LANES] =
-                from->factors[kind][from_place / SSS_BEM__LANES][i][c][from_place % SSS_BEM__LANES];
-        }
-    }
+    sss_bem__copy_place(m, from->factors[kind] + from_place / SSS_BEM__LANES * words, from_place % SSS_BEM__LANES,
+                        to->factors[kind] + to_place / SSS_BEM__LANES * words, to_place % SSS_BEM__LANES);
 }
 
 // Brings a row up to date as planned: in place where its lists stay, else into its new data. Factors that cannot be
@@ -5355,18 +6104,18 @@ static void sss_bem__copy_factor(int kind, sss_bem__stored *from, size_t from_pl
 static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
 {
     const sss_bem__row *r = &b->rows[plan->row];
-    sss_bem__stored old, to = sss_bem__open(plan->same ? r->data : plan->data, plan->counts);
+    sss_bem__stored old, to = sss_bem__open(b, plan->same ? r->data : plan->data, plan->counts);
     size_t waiting[SSS_BEM__BATCH], wait, k;
     int kind;
     memset(&old, 0, sizeof old);
     if (r->data != NULL)
     {
-        old = sss_bem__open(r->data, r->counts);
+        old = sss_bem__open(b, r->data, r->counts);
     }
     for (kind = 0; kind < SSS_BEM__KINDS; kind++)
     {
         const sss_bem__entry *entries = plan->entries + plan->begin[kind];
-        const size_t most = kind < SSS_BEM__LINK_KINDS ? SSS_BEM__BATCH : SSS_BEM__LANES;
+        const size_t most = kind < SSS_BEM__LINK_KINDS ? (size_t)SSS_BEM__BATCH : (size_t)SSS_BEM__LANES;
         wait = 0;
         for (k = 0; k < plan->counts[kind]; k++)
         {
@@ -5377,7 +6126,7 @@ static void sss_bem__update_row(const sss_bem *b, const sss_bem__plan *plan)
             }
             else if (!plan->same)
             {
-                sss_bem__copy_factor(kind, &old, entries[k].from, &to, k);
+                sss_bem__copy_factor(&b->model, kind, &old, entries[k].from, &to, k);
             }
             if (wait > 0 && (wait == most || k + 1 == plan->counts[kind]))
             {
@@ -5453,7 +6202,7 @@ static size_t sss_bem__allocate_rows(sss_bem__update *u, size_t count)
         if (!plan->same)
         {
             plan->data =
-                (unsigned char *)sss_bem__allocate(&u->bem->hooks, sss_bem__stored_bytes(plan->counts), 1);
+                (unsigned char *)sss_bem__allocate(&u->bem->hooks, sss_bem__stored_bytes(u->bem, plan->counts), 1);
             if (plan->data == NULL)
             {
                 break;
@@ -5473,7 +6222,7 @@ static void sss_bem__finish_rows(sss_bem__update *u, size_t count)
         {
             sss_bem__release(&u->bem->hooks, r->data);
             r->data = u->plans[k].data;
-            r->capacity = sss_bem__stored_bytes(u->plans[k].counts);
+            r->capacity = sss_bem__stored_bytes(u->bem, u->plans[k].counts);
             memcpy(r->counts, u->plans[k].counts, sizeof r->counts);
         }
         r->stamp = u->bem->generation;
@@ -5723,52 +6472,6 @@ SSS_BEM_API sss_result sss_bem_get_links(const sss_bem *bem, size_t vertex, size
         sss_bem__empty_walk(&walk);
     }
     return SSS_OK;
-}
-
-// ---- the float path for one triangle ----
-
-SSS_BEM_API float sss_bem_form_factor_float(const float *corners, const float source[3], float z, float sigma)
-{
-    sss_bem__model model;
-    sss_bem__view view;
-    float w[3][3], e[3], f[3], normal[3], parts[3];
-    const float along_source[3] = {0.0f, 0.0f, 0.0f}; // the source is the receiver: no height
-    float length;
-    int k, i;
-    if (corners == NULL || source == NULL || !sss_bem__all_finite(corners, 9) || !sss_bem__all_finite(source, 3)
-        || !sss_bem__finite((double)z) || !sss_bem__finite((double)sigma) || sigma < 0.0f)
-    {
-        return (float)NAN;
-    }
-    memset(&model, 0, sizeof model);
-    model.z[0][0] = z;
-    model.sigma[0] = sigma;
-    sss_bem__set_rule(16, &model.rule[0]);
-    for (i = 0; i < 3; i++)
-    {
-        for (k = 0; k < 3; k++)
-        {
-            w[k][i] = corners[3 * k + i] - source[i];
-        }
-        e[i] = corners[3 + i] - corners[i];
-        f[i] = corners[6 + i] - corners[i];
-    }
-    for (i = 0; i < 3; i++)
-    {
-        normal[i] = e[(i + 1) % 3] * f[(i + 2) % 3] - e[(i + 2) % 3] * f[(i + 1) % 3];
-    }
-    length = sqrtf(sss_bem__dotf(normal, normal));
-    if (!(length > 0.0f) || z == 0.0f)
-    {
-        return 0.0f;
-    }
-    for (i = 0; i < 3; i++)
-    {
-        normal[i] /= length;
-    }
-    sss_bem__view_triangle((const float (*)[3])w, along_source, normal, &view);
-    sss_bem__triangle_source(&model, &model.rule[0], 0, 0, &view, parts);
-    return parts[0] + parts[1] + parts[2];
 }
 
 // ---- 5. GLSL ----
