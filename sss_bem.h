@@ -1740,6 +1740,15 @@ static void sss_bem__put_factor(int half_k, uint32_t *factor, int c, int lane, c
     }
 }
 
+static void sss_bem__put_factors(int half_k, uint32_t *factor, int lane, float (*kab)[3])
+{
+    int c;
+    for (c = 0; c < 3; c++)
+    {
+        sss_bem__put_factor(half_k, factor, c, lane, kab[c]);
+    }
+}
+
 static void sss_bem__get_factor(int half_k, const uint32_t *factor, int c, int lane, float kab[3])
 {
     const size_t place = (size_t)(c * SSS_BEM__LANES + lane);
@@ -1791,7 +1800,7 @@ static float sss_bem__dotf(const float a[3], const float b[3])
 }
 
 static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                    const sss_bem__node *node, uint32_t *out)
+                                    const sss_bem__node *node, float kab[3][3])
 {
     const float *C = node->moment;
     float w[3], n[3], squares[2], forms[4], Cw[3], Cn[3];
@@ -1815,10 +1824,9 @@ static void sss_bem__cluster_factor(const sss_bem__model *m, const sss_bem__lane
     forms[3] = C[0] + C[1] + C[2];
     for (c = 0; c < 3; c++)
     {
-        float sums[3] = {0.0f, 0.0f, 0.0f};
-        sss_bem__cluster_source(m, 0, c, squares, forms, sums);
-        sss_bem__cluster_source(m, 1, c, squares, forms, sums);
-        sss_bem__put_factor(m->half_k, out, c, lane, sums);
+        kab[c][0] = kab[c][1] = kab[c][2] = 0.0f;
+        sss_bem__cluster_source(m, 0, c, squares, forms, kab[c]);
+        sss_bem__cluster_source(m, 1, c, squares, forms, kab[c]);
     }
 }
 
@@ -1876,7 +1884,7 @@ static const sss_bem__points_rule sss_bem__close_rule = { // Dunavant, degree 8
 
 // A triangle by points, from its corners as the receiver sees them: factors for the irradiance at the corners.
 static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__points_rule *rule, const float w[3][3],
-                                   const float n[3], float area, uint32_t *out, int place)
+                                   const float n[3], float area, float kab[3][3])
 {
     float x[3], squares[2], sums[3][3] = {{0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f}};
     int q, i, k, c;
@@ -1900,14 +1908,15 @@ static void sss_bem__points_factor(const sss_bem__model *m, const sss_bem__point
     }
     for (c = 0; c < 3; c++)
     {
-        const float kab[3] = {area * (sums[0][c] + sums[1][c] + sums[2][c]), area * sums[1][c], area * sums[2][c]};
-        sss_bem__put_factor(m->half_k, out, c, place, kab);
+        kab[c][0] = area * (sums[0][c] + sums[1][c] + sums[2][c]);
+        kab[c][1] = area * sums[1][c];
+        kab[c][2] = area * sums[2][c];
     }
 }
 
 // A triangle near a row.
 static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *lanes, int lane,
-                                 const sss_bem__corners *corners, float area, uint32_t *out)
+                                 const sss_bem__corners *corners, float area, float kab[3][3])
 {
     float w[3][3], n[3];
     int i, k;
@@ -1919,7 +1928,7 @@ static void sss_bem__near_factor(const sss_bem__model *m, const sss_bem__lanes *
             w[k][i] = corners->x[k][i] - lanes->x[i][lane];
         }
     }
-    sss_bem__points_factor(m, &sss_bem__near_rule, (const float (*)[3])w, n, area, out, lane);
+    sss_bem__points_factor(m, &sss_bem__near_rule, (const float (*)[3])w, n, area, kab);
 }
 
 // A block of pairs, side by side: corners from the receiver, and the two normals.
@@ -2077,7 +2086,7 @@ static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *
 {
     const sss_bem__rule *rule = &m->rule[kind == SSS_BEM__LONG_EDGES];
     sss_bem__view v;
-    float w[3][3], n[3], normal[3];
+    float w[3][3], n[3], normal[3], kab[3][3];
     int k, i, c;
     for (i = 0; i < 3; i++)
     {
@@ -2090,22 +2099,23 @@ static void sss_bem__pair_factor(const sss_bem__model *m, const sss_bem__block *
     }
     if (kind == SSS_BEM__CLOSE)
     {
-        sss_bem__points_factor(m, &sss_bem__close_rule, (const float (*)[3])w, n, b->area[place], out, place);
+        sss_bem__points_factor(m, &sss_bem__close_rule, (const float (*)[3])w, n, b->area[place], kab);
+        sss_bem__put_factors(m->half_k, out, place, kab);
         return;
     }
     sss_bem__view_triangle((const float (*)[3])w, n, normal, &v);
     for (c = 0; c < 3; c++)
     {
-        float real[3], virtual_source[3], kab[3];
+        float real[3], virtual_source[3];
         sss_bem__triangle_source(m, rule, 0, c, &v, real);
         sss_bem__triangle_source(m, rule, 1, c, &v, virtual_source);
         for (k = 0; k < 3; k++)
         {
-            kab[k] = m->scale[c] * (real[k] + virtual_source[k]);
+            kab[c][k] = m->scale[c] * (real[k] + virtual_source[k]);
         }
-        kab[0] += kab[1] + kab[2];
-        sss_bem__put_factor(m->half_k, out, c, place, kab);
+        kab[c][0] += kab[c][1] + kab[c][2];
     }
+    sss_bem__put_factors(m->half_k, out, place, kab);
 }
 
 // ---- the same formulas in wide registers ----
@@ -4122,8 +4132,9 @@ static void sss_bem__far_factors(const sss_bem *b, const sss_bem__lanes *lanes, 
     {
         for (lane = 0; lane < SSS_BEM__LANES; lane++)
         {
-            sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node],
-                                    out + k * b->model.factor_words);
+            float kab[3][3];
+            sss_bem__cluster_factor(&b->model, lanes, lane, &b->nodes[links[k].node], kab);
+            sss_bem__put_factors(b->model.half_k, out + k * b->model.factor_words, lane, kab);
         }
     }
 }
@@ -4149,7 +4160,9 @@ static void sss_bem__near_factors(const sss_bem *b, const sss_bem__lanes *lanes,
 #endif
     for (lane = 0; lane < SSS_BEM__LANES; lane++)
     {
-        sss_bem__near_factor(&b->model, lanes, lane, corners, node->area, out);
+        float kab[3][3];
+        sss_bem__near_factor(&b->model, lanes, lane, corners, node->area, kab);
+        sss_bem__put_factors(b->model.half_k, out, lane, kab);
     }
 }
 
@@ -5340,7 +5353,7 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     const sss_bem__corners *corners = &l->bem->corners[leaf->triangle];
     const float facing = sss_bem__dotf(corners->normal, normal) < 0.0f ? -1.0f : 1.0f;
     float w[3][3], n[3], up[3], parts[3];
-    sss_bem__factor points;
+    float points[3][3];
     sss_bem__view view;
     int k, i, c, kind;
     for (k = 0; k < 3; k++)
@@ -5364,10 +5377,10 @@ static void sss_bem__add_projected(const sss_bem__linking *l, const sss_bem__nod
     {
         const int near_rule = sss_bem__is_small(m, (const float (*)[3])w, n, 0.4f);
         sss_bem__points_factor(m, near_rule ? &sss_bem__near_rule : &sss_bem__close_rule, (const float (*)[3])w, n,
-                               leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), points, 0);
+                               leaf->area * fabsf(sss_bem__dotf(corners->normal, normal)), points);
         for (c = 0; c < 3; c++)
         {
-            factor[c] += points[0][c][0] + points[1][c][0] + points[2][c][0];
+            factor[c] += points[c][0];
         }
         return;
     }
@@ -5417,11 +5430,11 @@ static void sss_bem__link_factor_of(sss_bem__linking *l, uint32_t emitter, int i
     }
     if (e->triangle == UINT32_MAX ? !is_near : sss_bem__leaf_is_small(l, e))
     {
-        sss_bem__factor mean_factor;
-        sss_bem__cluster_factor(&b->model, &l->midpoint, 0, e, mean_factor);
+        float kab[3][3];
+        sss_bem__cluster_factor(&b->model, &l->midpoint, 0, e, kab);
         for (k = 0; k < 3; k++)
         {
-            factor[k] = e->area * mean_factor[0][k][0];
+            factor[k] = e->area * kab[k][0];
         }
         return;
     }
