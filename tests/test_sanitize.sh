@@ -1,11 +1,13 @@
 #!/bin/sh
 # The test programs under the address, undefined-behaviour and leak sanitizers of gcc and clang. Of each program the
-# quickest tests run, as many as took SSS_SANITIZE_SECONDS (default 5) together without sanitizers, which make them some
-# twenty times slower; what is left out is named.
+# quickest tests run, as many as took SSS_SANITIZE_SECONDS (default 3) together without sanitizers, which make them some
+# twenty times slower; what is left out is named, and what is left in must call every public function.
 # Also every QUICK START, whole, and the sanitizers themselves: each must find what it is there for.
 cd "$(dirname "$0")/.." || exit 1
 . tests/compile/jobs.sh
-limit=${SSS_SANITIZE_SECONDS:-5}
+limit=${SSS_SANITIZE_SECONDS:-3}
+# Where memory goes wrong: these run in any case.
+always=" every_allocation_may_fail splitting_changes_no_bit edits_end_where_a_fresh_build_ends "
 out=build/sanitize
 mkdir -p $out
 # Float divisions by zero are defined (IEC 60559) and give infinities that functions check for; the rest stops a test.
@@ -22,25 +24,42 @@ test_times()
     awk '/^\[ RUN / { name = $NF } /^  time  / { print name, $2 }' "$log"
 }
 
+# OpenGL drivers have leaks of their own, the rest of test_bake is another program, and the examples' shapes go through
+# C++ libraries.
+sources=$(ls tests/test_*.c | grep -v -E 'test_(glsl|bake|shapes)\.c$')
+
+build() # compiler: all programs, one after the other
+{
+    for source in $sources; do
+        name=$(basename "$source" .c)
+        $1 -std=c99 $flags -I. "$source" tests/common/*.c -lcmocka -lpthread -lm -o "$out/$name-$1" \
+            >"$work/$name-$1.log" 2>&1 || rm -f "$out/$name-$1"
+    done
+}
+for compiler in gcc clang; do
+    ! have $compiler || build $compiler &
+done
+wait
+
 for compiler in gcc clang; do
     have $compiler || { skip "everything with $compiler" "not installed"; continue; }
-    for source in tests/test_*.c; do
+    for source in $sources; do
         name=$(basename "$source" .c)
-        # OpenGL drivers have leaks of their own, the rest of test_bake is another program, and the examples' shapes go
-        # through C++ libraries.
-        case $name in test_glsl|test_bake|test_shapes) continue ;; esac
-        [ -x "build/tests/$name" ] || { job "$name is built" false; continue; }
         program=$out/$name-$compiler
-        if ! $compiler -std=c99 $flags -I. "$source" tests/common/*.c -lcmocka -lpthread -lm -o "$program" \
-            >"$work/$name-$compiler.log" 2>&1; then
-            job "$name: builds with $compiler's sanitizers" "cat '$work/$name-$compiler.log'; false"
-            continue
-        fi
-        test_times "$name" | sort -k 2 -g | awk -v limit="$limit" '{ sum += $2; print $0, sum <= limit }' \
-            >"$work/$name.times"
+        [ -x "build/tests/$name" ] || { job "$name is built" false; continue; }
+        [ -x "$program" ] ||
+            { job "$name: builds with $compiler's sanitizers" "cat '$work/$name-$compiler.log'; false"; continue; }
+        test_times "$name" | sort -k 2 -g | awk -v limit="$limit" -v always="$always" '
+            index(always, " " $1 " ") { print $0, 1; next }
+            { sum += $2; print $0, sum <= limit }' >"$work/$name.times"
         slow=$(awk '!$3 { print $1 }' "$work/$name.times" | tr '\n' ' ')
         [ -z "$slow" ] || echo "  left out of $name, $compiler, for time: $slow"
-        for test in $(awk '$3 { print $1 }' "$work/$name.times"); do
+        awk '$3 { print $1 }' "$work/$name.times" >"$work/$name.chosen"
+        header=sss_${name#test_}.h
+        [ ! -e "$header" ] || job "$name, $compiler: what runs calls every public function of $header" "
+            awk -f tests/compile/uncalled.awk $header '$source' '$work/$name.chosen' >'$work/$name-$compiler.uncalled'
+            cat '$work/$name-$compiler.uncalled'; [ ! -s '$work/$name-$compiler.uncalled' ]"
+        for test in $(cat "$work/$name.chosen"); do
             # A name that lies within another's would run that one too, however long it takes.
             [ "$(grep -c "$test" "$work/$name.times")" = 1 ] || continue
             job "$name, $compiler: $test" "
@@ -63,6 +82,9 @@ for compiler in gcc clang; do
     done
 
     # What must be found.
+    job_fails "$compiler: a public function that nothing calls is noticed" "
+        echo the_oracles_agree >'$work/little'
+        awk -f tests/compile/uncalled.awk sss_bem.h tests/test_bem.c '$work/little'; false" sss_bem_predict_error
     cat >"$work/heap.c" <<'END'
 #include <stdlib.h>
 int main(int c, char **v)
