@@ -1667,10 +1667,10 @@ typedef struct sss_bem__model
     float height[2][3];  // how deep below the receiver: z_r, -z_v
     float z[2][3];       // weight of eq. 8
     float guard2[2][3];  // (guard z)^2
-    float least_guard[2]; // the least guard z of the channels that scatter
+    float least_guard[2], most_guard[2]; // guard z of the channels that scatter
     float guard_K[2][3]; // (1 + sigma s) exp(-sigma s)/s^3 there, 0 without a guard
     float guard_G[2][3]; // exp(-sigma s)/s there
-    float height_range[2][2]; // of the channels that scatter
+    float height_range[2][2], over_height[2][2]; // of the channels that scatter: the heights' ends and their inverses
     float sigma[3];
     float scale[3];      // alpha'/(4 pi); 0 for a channel without scattering
     sss_bem__rule rule[2]; // of edges, of long edges
@@ -1693,6 +1693,14 @@ typedef struct sss_bem__corners
     float x[3][3];
     float normal[3];
 } sss_bem__corners;
+
+// From where on a triangle no longer counts as its moments or as points. [kind]: of real and virtual sources.
+typedef struct sss_bem__nearness
+{
+    float reach[SSS_BEM__REACH_KINDS][2]; // by distance
+    float touch[2];                       // nearer than that, the guard may end on it
+    float edge[SSS_BEM__REACH_KINDS][2];  // then: by the square of its plane's distance, over the source's height
+} sss_bem__nearness;
 
 // What a link or pair gives, for each channel and lane (of the row, or place in a block of pairs): k, a, b. A cluster
 // gives k int E dA + (a w + b n) . int E (x - center) dA, with w from the receiver to the center and n the receiver's
@@ -2766,30 +2774,44 @@ SSS_BEM__INLINE SSS_BEM__TARGET16 sss_bem__v16 sss_bem__mantissa16(sss_bem__v16 
 // Receivers to which a triangle is near, and the sums of a row: sss_bem__near_lanes, sss_bem__add_far, sss_bem__add_near.
 #define SSS_BEM__DEFINE_ROWS(N)                                                                                        \
     SSS_BEM__TARGET##N static void sss_bem__near_lanes##N(                                                             \
-        const sss_bem__model *m, const sss_bem__lanes *lanes, const sss_bem__node *node,                               \
-        const float (*reach)[2], uint32_t *bits)                                                                       \
+        const sss_bem__model *m, const sss_bem__lanes *lanes, const float *center, const float *normal,                \
+        const sss_bem__nearness *near, uint32_t *bits)                                                                 \
     {                                                                                                                  \
         int first, kind, rule;                                                                                         \
         bits[0] = bits[1] = bits[2] = 0;                                                                               \
         for (first = 0; first < SSS_BEM__LANES; first += N)                                                            \
         {                                                                                                              \
-            const sss_bem__v##N x = sss_bem__set##N(node->center[0]) - sss_bem__load##N(lanes->x[0] + first);          \
-            const sss_bem__v##N y = sss_bem__set##N(node->center[1]) - sss_bem__load##N(lanes->x[1] + first);          \
-            const sss_bem__v##N z = sss_bem__set##N(node->center[2]) - sss_bem__load##N(lanes->x[2] + first);          \
+            const sss_bem__v##N x = sss_bem__set##N(center[0]) - sss_bem__load##N(lanes->x[0] + first);                \
+            const sss_bem__v##N y = sss_bem__set##N(center[1]) - sss_bem__load##N(lanes->x[1] + first);                \
+            const sss_bem__v##N z = sss_bem__set##N(center[2]) - sss_bem__load##N(lanes->x[2] + first);                \
+            const sss_bem__v##N nx = sss_bem__load##N(lanes->n[0] + first);                                            \
+            const sss_bem__v##N ny = sss_bem__load##N(lanes->n[1] + first);                                            \
+            const sss_bem__v##N nz = sss_bem__load##N(lanes->n[2] + first);                                            \
             const sss_bem__v##N r2 = sss_bem__fma##N(x, x, sss_bem__fma##N(y, y, z * z));                              \
-            const sss_bem__v##N p = sss_bem__fma##N(                                                                   \
-                x, sss_bem__load##N(lanes->n[0] + first),                                                              \
-                sss_bem__fma##N(y, sss_bem__load##N(lanes->n[1] + first), z * sss_bem__load##N(lanes->n[2] + first))); \
+            const sss_bem__v##N p = sss_bem__fma##N(x, nx, sss_bem__fma##N(y, ny, z * nz));                            \
+            const sss_bem__v##N facing[3] = {sss_bem__set##N(normal[0]), sss_bem__set##N(normal[1]),                   \
+                                             sss_bem__set##N(normal[2])};                                              \
+            const sss_bem__v##N plane =                                                                                \
+                sss_bem__fma##N(x, facing[0], sss_bem__fma##N(y, facing[1], z * facing[2]));                           \
+            const sss_bem__v##N cosine =                                                                               \
+                sss_bem__fma##N(nx, facing[0], sss_bem__fma##N(ny, facing[1], nz * facing[2]));                        \
             for (kind = 0; kind < 2; kind++)                                                                           \
             {                                                                                                          \
                 const sss_bem__v##N low = sss_bem__set##N(m->height_range[kind][0]);                                   \
                 const sss_bem__v##N high = sss_bem__set##N(m->height_range[kind][1]);                                  \
                 const sss_bem__v##N h = sss_bem__min##N(high, sss_bem__max##N(low, sss_bem__set##N(0.0f) - p));        \
                 const sss_bem__v##N s2 = sss_bem__fma##N(p + p + h, h, r2);                                            \
+                const sss_bem__v##N u = sss_bem__fma##N(plane, sss_bem__set##N(m->over_height[kind][0]), cosine);      \
+                const sss_bem__v##N v = sss_bem__fma##N(plane, sss_bem__set##N(m->over_height[kind][1]), cosine);      \
+                const sss_bem__v##N height2 = sss_bem__min##N(u * v, sss_bem__min##N(u * u, v * v));                   \
+                const uint32_t touched =                                                                               \
+                    sss_bem__less_bits##N(s2, sss_bem__set##N(near->touch[kind] * near->touch[kind]));                 \
                 for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)                                                    \
                 {                                                                                                      \
-                    const sss_bem__v##N square = sss_bem__set##N(reach[rule][kind] * reach[rule][kind]);               \
-                    bits[rule] |= sss_bem__less_bits##N(s2, square) << first;                                          \
+                    const float reach = near->reach[rule][kind];                                                       \
+                    bits[rule] |= (sss_bem__less_bits##N(s2, sss_bem__set##N(reach * reach))                           \
+                                   | (touched & sss_bem__less_bits##N(height2, sss_bem__set##N(near->edge[rule][kind]))))\
+                                  << first;                                                                            \
                 }                                                                                                      \
             }                                                                                                          \
         }                                                                                                              \
@@ -2913,11 +2935,16 @@ struct sss_bem
     // How far from [real, virtual] sources a cluster counts as its moments (FAR), a triangle as points, by size.
     float reach[SSS_BEM__REACH_KINDS][2][SSS_BEM__CLASSES];
     float half_size[SSS_BEM__CLASSES];
+    // How near a triangle may be crossed by the guard's end, where K has an edge, and how it must lie then:
+    // sss_bem__nearness.
+    float touch[2][SSS_BEM__CLASSES], edge[SSS_BEM__REACH_KINDS][2][SSS_BEM__CLASSES];
     size_t cursor;             // row at which the next update goes on
     size_t vertex_count, triangle_count, node_count, row_count, chunk_count, top_count, depth;
     uint32_t generation;
     int own_normals;           // normals were not given
     double predicted_error;    // negative: not known
+    double point_ease;         // the same of triangles that count as points, over that of clusters
+    double shape[4];           // for which that was found: sss_bem__measure_shape
     double ease;               // what a cluster may contribute to the error, over the tolerance: sss_bem__calibrate
     sss_bem__node *nodes;      // [node_count], depth first
     sss_bem__stop *stops;      // [node_count]
@@ -3624,7 +3651,7 @@ static void sss_bem__go_up(sss_bem *b, void (*visit)(sss_bem *b, size_t index))
 #define SSS_BEM__LEAST_DEPTH 1e-9
 #define SSS_BEM__MOST_DEPTH 1e6
 
-#define SSS_BEM__LONG 4.0 // heights
+#define SSS_BEM__LONG 2.0 // heights
 
 static float sss_bem__least(float a, float b)
 {
@@ -3659,6 +3686,7 @@ static void sss_bem__set_model(sss_bem *b)
     {
         b->model.height_range[kind][0] = b->model.height_range[kind][1] = 0.0f;
         b->model.least_guard[kind] = HUGE_VALF;
+        b->model.most_guard[kind] = 0.0f;
     }
     for (c = 0; c < 3; c++)
     {
@@ -3686,10 +3714,20 @@ static void sss_bem__set_model(sss_bem *b)
             sss_bem__widen(b->model.height_range[kind], b->model.height[kind][c], active);
             b->model.least_guard[kind] =
                 active ? sss_bem__least(b->model.least_guard[kind], (float)guard) : b->model.least_guard[kind];
+            b->model.most_guard[kind] = active && (float)guard > b->model.most_guard[kind]
+                                            ? (float)guard : b->model.most_guard[kind];
             b->model.guard2[kind][c] = (float)(guard * guard);
             b->model.guard_G[kind][c] = guard > 0.0 ? (float)sss_bem__G(sigma, guard) : 0.0f;
             b->model.guard_K[kind][c] =
                 guard > 0.0 ? (float)((1.0 + sigma * guard) * sss_bem__G(sigma, guard) / (guard * guard)) : 0.0f;
+        }
+    }
+    for (kind = 0; kind < 2; kind++)
+    {
+        for (c = 0; c < 2; c++)
+        {
+            const float height = b->model.height_range[kind][c];
+            b->model.over_height[kind][c] = height != 0.0f ? 1.0f / height : 0.0f;
         }
     }
     b->long_radius = (float)(SSS_BEM__LONG * (double)least);
@@ -3731,7 +3769,8 @@ static int sss_bem__fits(const sss_bem *b, int kind, double h, double s)
     return 1;
 }
 
-// The same of a triangle taken by points: the derivatives of order 6, or 9 with more points.
+// The same of a triangle taken by points, with those around it, whose errors have the same sign on a regular mesh: the
+// powers and factors are fits to plane meshes of right and equilateral triangles in all places under a source.
 #define SSS_BEM__NEAR_REMAINDER 0.0004
 #define SSS_BEM__CLOSE_REMAINDER 5e-7
 
@@ -3748,12 +3787,33 @@ static int sss_bem__points_fit(const sss_bem *b, int rule, int kind, double h, d
         const double q = from > 0.0 ? h * (1.0 / from + sigma / 3.0) : HUGE_VAL, q3 = q * q * q;
         const double error = rule == SSS_BEM__NEAR ? SSS_BEM__NEAR_REMAINDER * q3 * q3
                                                    : SSS_BEM__CLOSE_REMAINDER * q3 * q3;
-        if (b->model.scale[c] > 0.0f && error * light > b->ease * b->options.tolerance)
+        if (b->model.scale[c] > 0.0f && error * light > b->point_ease * b->ease * b->options.tolerance)
         {
             return 0;
         }
     }
     return 1;
+}
+
+// Where the guard ends on a triangle, points miss the edge that K has there, by
+//     SSS_BEM__..._EDGE q^3 (1 - (H/guard)^2)
+// of the source's light, H the distance of the source from the triangle's plane: nothing on the receiver's own plane,
+// where H is the guard or more. Returns the least (H/z)^2 that fits, 0 if all do.
+#define SSS_BEM__NEAR_EDGE 0.002
+#define SSS_BEM__CLOSE_EDGE 0.0005
+
+static double sss_bem__least_height2(const sss_bem *b, int rule, int kind, double h)
+{
+    const double guard = b->options.guard, factor = rule == SSS_BEM__NEAR ? SSS_BEM__NEAR_EDGE : SSS_BEM__CLOSE_EDGE;
+    double least = 0.0;
+    int c;
+    for (c = 0; c < 3 && rule != SSS_BEM__FAR && guard > 0.0; c++)
+    {
+        const double q = h * (1.0 / (guard * (double)b->model.z[kind][c]) + (double)b->model.sigma[c] / 3.0);
+        const double most = b->point_ease * b->ease * b->options.tolerance / (factor * q * q * q / guard); // 1 - (H/guard)^2
+        least = b->model.scale[c] > 0.0f ? sss_bem__max(least, (1.0 - most) * guard * guard) : least;
+    }
+    return least;
 }
 
 // The error falls with the distance and grows with the size, so that both only ever go up.
@@ -3775,6 +3835,8 @@ static void sss_bem__plan_reach(sss_bem *b)
                     s *= step;
                 }
                 b->reach[rule][kind][index] = s > least ? (float)s : 0.0f;
+                b->edge[rule][kind][index] = (float)sss_bem__least_height2(b, rule, kind, h);
+                b->touch[kind][index] = b->model.most_guard[kind] + (float)(0.6 * h);
                 b->half_size[index] = (float)(0.5 * h);
             }
         }
@@ -3954,39 +4016,45 @@ static int sss_bem__row_accepts(const sss_bem__model *m, const sss_bem__spheres 
 }
 
 // To which receivers of a row a triangle is too near for each rule: bits. s^2 = r^2 + 2 h p + h^2, h the nearest of the
-// channels'.
+// channels'; the least of their distances from the triangle's plane.
 static void sss_bem__near_lanes(const sss_bem *b, const sss_bem__lanes *lanes, const sss_bem__node *node,
-                                const float (*reach)[2], uint32_t bits[SSS_BEM__REACH_KINDS])
+                                const sss_bem__nearness *near, uint32_t bits[SSS_BEM__REACH_KINDS])
 {
+    const float *center = node->center, *normal = b->corners[node->triangle].normal;
     int lane, kind, rule;
 #if defined(SSS_BEM__AVX512)
     if (b->options.path == SSS_BEM_PATH_AVX512)
     {
-        sss_bem__near_lanes16(&b->model, lanes, node, reach, bits);
+        sss_bem__near_lanes16(&b->model, lanes, center, normal, near, bits);
         return;
     }
 #endif
 #if defined(SSS_BEM__AVX2)
     if (b->options.path == SSS_BEM_PATH_AVX2)
     {
-        sss_bem__near_lanes8(&b->model, lanes, node, reach, bits);
+        sss_bem__near_lanes8(&b->model, lanes, center, normal, near, bits);
         return;
     }
 #endif
     memset(bits, 0, SSS_BEM__REACH_KINDS * sizeof *bits);
     for (lane = 0; lane < SSS_BEM__LANES; lane++)
     {
-        const float x = node->center[0] - lanes->x[0][lane], y = node->center[1] - lanes->x[1][lane];
-        const float z = node->center[2] - lanes->x[2][lane], r2 = x * x + y * y + z * z;
-        const float p = x * lanes->n[0][lane] + y * lanes->n[1][lane] + z * lanes->n[2][lane];
+        const float w[3] = {center[0] - lanes->x[0][lane], center[1] - lanes->x[1][lane], center[2] - lanes->x[2][lane]};
+        const float n[3] = {lanes->n[0][lane], lanes->n[1][lane], lanes->n[2][lane]};
+        const float p = sss_bem__dotf(w, n), r2 = sss_bem__dotf(w, w);
+        const float plane = sss_bem__dotf(w, normal), cosine = sss_bem__dotf(n, normal);
         for (kind = 0; kind < 2; kind++)
         {
-            const float *range = b->model.height_range[kind];
+            const float *range = b->model.height_range[kind], *over = b->model.over_height[kind];
             const float h = -p < range[0] ? range[0] : -p > range[1] ? range[1] : -p;
             const float s2 = r2 + (2.0f * p + h) * h;
+            const float u = plane * over[0] + cosine, v = plane * over[1] + cosine;
+            const float height2 = sss_bem__least(u * v, sss_bem__least(u * u, v * v)); // u v < 0: one is in the plane
+            const int touched = s2 < near->touch[kind] * near->touch[kind];
             for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
             {
-                bits[rule] |= (uint32_t)(s2 < reach[rule][kind] * reach[rule][kind]) << lane;
+                bits[rule] |= (uint32_t)(s2 < near->reach[rule][kind] * near->reach[rule][kind]
+                                         || (touched && height2 < near->edge[rule][kind])) << lane;
             }
         }
     }
@@ -4034,23 +4102,32 @@ static void sss_bem__emit(sss_bem__walk *w, int kind, uint32_t node, uint32_t wh
     link->who = who;
 }
 
+static void sss_bem__triangle_nearness(const sss_bem *b, const sss_bem__node *node, sss_bem__nearness *out)
+{
+    const float long_by = node->radius - b->half_size[node->size];
+    int rule, kind;
+    for (kind = 0; kind < 2; kind++)
+    {
+        const float touch = b->touch[kind][node->size];
+        out->touch[kind] = touch > 0.0f && long_by > 0.0f ? touch + long_by : touch;
+        for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
+        {
+            out->reach[rule][kind] = sss_bem__node_reach(b, node, rule, kind);
+            out->edge[rule][kind] = b->edge[rule][kind][node->size];
+        }
+    }
+}
+
 // A triangle that some of the row's receivers cannot take by moments: by points, or else as pairs.
 static void sss_bem__emit_near(sss_bem__walk *w, uint32_t index)
 {
     const sss_bem *b = w->bem;
     const sss_bem__node *node = &b->nodes[index];
     const int edges = node->radius > b->long_radius ? SSS_BEM__LONG_EDGES : SSS_BEM__EDGES;
-    float reach[SSS_BEM__REACH_KINDS][2];
+    sss_bem__nearness near;
     uint32_t near_lanes[SSS_BEM__REACH_KINDS], pairs, lane;
-    int rule, kind;
-    for (rule = 0; rule < SSS_BEM__REACH_KINDS; rule++)
-    {
-        for (kind = 0; kind < 2; kind++)
-        {
-            reach[rule][kind] = sss_bem__node_reach(b, node, rule, kind);
-        }
-    }
-    sss_bem__near_lanes(b, w->lanes, node, (const float (*)[2])reach, near_lanes);
+    sss_bem__triangle_nearness(b, node, &near);
+    sss_bem__near_lanes(b, w->lanes, node, &near, near_lanes);
     if ((near_lanes[SSS_BEM__FAR] & w->lane_mask) == 0)
     {
         sss_bem__emit(w, SSS_BEM__FAR, index, 0xffff);
@@ -4693,6 +4770,7 @@ static void sss_bem__make_strict(const sss_bem *b, sss_bem__stop *stops, sss_bem
     strict->stops = stops;
     memcpy(stops, b->stops, b->node_count * sizeof *stops);
     strict->options.tolerance *= 0.1;
+    strict->point_ease = 0.1;
     strict->ease = sss_bem__min(b->ease, 1.0);
     sss_bem__choose_rules(strict);
     sss_bem__plan_reach(strict);
@@ -4842,8 +4920,13 @@ static void sss_bem__calibrate(sss_bem *b, sss_bem__calibration *c)
     double ease = 1.0, best = SSS_BEM__LEAST_EASE, error;
     int step;
     b->ease = 1.0;
+    b->point_ease = 1.0;
     sss_bem__plan_reach(b);
     sss_bem__set_stops(b);
+    if (b->options.oracle != SSS_BEM_ORACLE_CONTRIBUTION)
+    {
+        return;
+    }
     c->loose = *b;
     c->loose.lights = lights;
     c->loose.corner_E = corner_E;
@@ -4866,6 +4949,64 @@ static void sss_bem__calibrate(sss_bem *b, sss_bem__calibration *c)
     b->ease = best;
     sss_bem__plan_reach(b);
     sss_bem__set_stops(b);
+}
+
+// The extents of the box and the area, of triangles at the given positions, over the diagonal at creation. What was
+// calibrated holds as long as they do.
+static void sss_bem__measure_shape(const sss_bem *b, const float *positions, double shape[4])
+{
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, area = 0.0;
+    size_t t;
+    int i, k;
+    for (t = 0; t < b->triangle_count; t++)
+    {
+        double e[3], f[3], cross[3];
+        const float *x[3];
+        for (k = 0; k < 3; k++)
+        {
+            x[k] = positions + 3 * (size_t)b->triangle[3 * t + (size_t)k];
+        }
+        for (i = 0; i < 3; i++)
+        {
+            e[i] = ((double)x[1][i] - (double)x[0][i]) * b->scale;
+            f[i] = ((double)x[2][i] - (double)x[0][i]) * b->scale;
+            low[i] = sss_bem__min(low[i], sss_bem__min((double)x[0][i], sss_bem__min((double)x[1][i], (double)x[2][i])));
+            high[i] = sss_bem__max(high[i], sss_bem__max((double)x[0][i], sss_bem__max((double)x[1][i], (double)x[2][i])));
+        }
+        sss_bem__cross(e, f, cross);
+        area += 0.5 * sss_bem__length(cross);
+    }
+    for (i = 0; i < 3; i++)
+    {
+        shape[i] = (high[i] - low[i]) * b->scale;
+    }
+    shape[3] = area;
+}
+
+#define SSS_BEM__SAME_SHAPE 1.25
+
+static int sss_bem__same_shape(const double a[4], const double b[4])
+{
+    int i;
+    for (i = 0; i < 4; i++)
+    {
+        const double least = 0.02; // of the diagonal: thinner is a sheet
+        const double x = sss_bem__max(a[i], least), y = sss_bem__max(b[i], least);
+        if (x > SSS_BEM__SAME_SHAPE * y || y > SSS_BEM__SAME_SHAPE * x)
+        {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static void sss_bem__mark_all(sss_bem *b)
+{
+    size_t i;
+    for (i = 0; i < b->node_count; i++)
+    {
+        b->nodes[i].stamp = b->stamps[i] = b->generation;
+    }
 }
 
 // ---- creation ----
@@ -4939,17 +5080,14 @@ static sss_result sss_bem__fill(sss_bem *b, const sss_mesh *mesh)
     sss_bem__release(&b->hooks, sums);
     if (result == SSS_OK)
     {
-        sss_bem__calibration *calibration = NULL;
-        sss_bem__refit(b);
-        if (b->options.oracle == SSS_BEM_ORACLE_CONTRIBUTION)
+        sss_bem__calibration *calibration = sss_bem__begin_calibration(b);
+        if (calibration == NULL)
         {
-            calibration = sss_bem__begin_calibration(b);
-            if (calibration == NULL)
-            {
-                return SSS_ERROR_OUT_OF_MEMORY;
-            }
-            sss_bem__calibrate(b, calibration);
+            return SSS_ERROR_OUT_OF_MEMORY;
         }
+        sss_bem__refit(b);
+        sss_bem__measure_shape(b, mesh->positions, b->shape);
+        sss_bem__calibrate(b, calibration);
         sss_bem__end_calibration(&b->hooks, calibration);
     }
     return result;
@@ -5090,7 +5228,8 @@ SSS_BEM_API sss_result sss_bem_set_irradiance(sss_bem *bem, sss_bem_elements ele
 
 SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions, const float *normals)
 {
-    double (*sums)[3];
+    sss_bem__calibration *calibration = NULL;
+    double (*sums)[3], shape[4];
     if (bem == NULL || positions == NULL || !sss_bem__all_finite(positions, 3 * bem->vertex_count)
         || (normals != NULL && !sss_bem__all_finite(normals, 3 * bem->vertex_count)))
     {
@@ -5101,8 +5240,14 @@ SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions
         return SSS_ERROR_OVERFLOW;
     }
     sums = (double (*)[3])sss_bem__allocate(&bem->hooks, bem->vertex_count, sizeof *sums);
-    if (sums == NULL)
+    sss_bem__measure_shape(bem, positions, shape);
+    if (sums != NULL && !sss_bem__same_shape(shape, bem->shape))
     {
+        calibration = sss_bem__begin_calibration(bem);
+    }
+    if (sums == NULL || (calibration == NULL && !sss_bem__same_shape(shape, bem->shape)))
+    {
+        sss_bem__release(&bem->hooks, sums);
         return SSS_ERROR_OUT_OF_MEMORY;
     }
     bem->generation++;
@@ -5110,6 +5255,13 @@ SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions
     sss_bem__set_normals(bem, normals, sums);
     sss_bem__release(&bem->hooks, sums);
     sss_bem__refit(bem);
+    if (calibration != NULL)
+    {
+        memcpy(bem->shape, shape, sizeof shape);
+        sss_bem__calibrate(bem, calibration);
+        sss_bem__end_calibration(&bem->hooks, calibration);
+        sss_bem__mark_all(bem);
+    }
     bem->predicted_error = -1.0;
     return SSS_OK;
 }
@@ -5134,10 +5286,7 @@ SSS_BEM_API sss_result sss_bem_set_profile(sss_bem *bem, const sss_profile *prof
     bem->generation++;
     bem->profile = *profile;
     sss_bem__set_model(bem);
-    for (i = 0; i < bem->node_count; i++)
-    {
-        bem->nodes[i].stamp = bem->stamps[i] = bem->generation;
-    }
+    sss_bem__mark_all(bem);
     for (i = 0; i < bem->row_count; i++)
     {
         sss_bem__bound_sources(bem, &bem->lanes[i], &bem->spheres[i]);
