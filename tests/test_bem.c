@@ -1076,7 +1076,7 @@ static const double three_sizes[3] = {10.0, 50.0, 200.0};
 // the_reference_is_as_good_as_is_said_here.
 #define REFERENCE 1e-3
 
-enum { FEW = 16, MANY = 300 };
+enum { FEW = 64, MANY = 300 };
 
 // A case of the bars: the whole bunny in a material at a size. `few` vertices are held against the converged reference,
 // `many` against the tightest sums, 1e-4, which bunny_agrees_with_the_reference holds against the reference at the few.
@@ -1282,7 +1282,7 @@ static void the_guards_cost(void)
 }
 
 static void errors_are_predicted(void)
-{   // Oracles: the converged reference at 16 vertices; and the tightest sums at 300, themselves held against the
+{   // Oracles: the converged reference at 64 vertices; and the tightest sums at 300, themselves held against the
     // reference above. Errors are what was asked for; the prediction is never below what is measured, never more than
     // five times above.
     static const double tolerances[5] = {0.1, 0.03, 0.01, 0.003, 0.001};
@@ -1533,7 +1533,7 @@ static void every_path_agrees(void)
         CHECK(k == 1 || stats.path == paths[k]);
         if (k > 0)
             CHECK_BELOW(distance_of(&s, s.B, s.other), stats.path_tolerance);
-        CHECK_BELOW(stats.path_tolerance, 1e-4);
+        CHECK_BELOW(stats.path_tolerance, 0.2 * options.tolerance);
         sss_bem_free(bem);
     }
     scene_free(&s);
