@@ -11,16 +11,49 @@ int64_t flat_orient(const int64_t a[2], const int64_t b[2], const int64_t c[2])
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
+// The magnitude of a product, in two halves.
+static void product(int64_t a, int64_t b, uint64_t *high, uint64_t *low)
+{
+    const uint64_t x = a < 0 ? 0 - (uint64_t)a : (uint64_t)a, y = b < 0 ? 0 - (uint64_t)b : (uint64_t)b;
+    const uint64_t x0 = x & UINT32_MAX, x1 = x >> 32, y0 = y & UINT32_MAX, y1 = y >> 32;
+    const uint64_t middle = x1 * y0 + (x0 * y0 >> 32), other = x0 * y1 + (middle & UINT32_MAX);
+    *high = x1 * y1 + (middle >> 32) + (other >> 32);
+    *low = (other << 32) | (x0 * y0 & UINT32_MAX);
+}
+
+static int sign_of(int64_t x)
+{
+    return (x > 0) - (x < 0);
+}
+
+// The sign of a b - c d.
+static int compare_products(int64_t a, int64_t b, int64_t c, int64_t d)
+{
+    const int left = sign_of(a) * sign_of(b), right = sign_of(c) * sign_of(d);
+    uint64_t high[2], low[2];
+    if (left != right)
+        return left > right ? 1 : -1;
+    product(a, b, &high[0], &low[0]);
+    product(c, d, &high[1], &low[1]);
+    if (high[0] == high[1] && low[0] == low[1])
+        return 0;
+    return high[0] > high[1] || (high[0] == high[1] && low[0] > low[1]) ? left : -left;
+}
+
+int flat_turn(const int64_t a[2], const int64_t b[2], const int64_t c[2])
+{
+    return compare_products(b[0] - a[0], c[1] - a[1], b[1] - a[1], c[0] - a[0]);
+}
+
 int flat_inside(const int64_t p[2], const int64_t a[2], const int64_t b[2], const int64_t c[2])
 {
-    const int64_t whole = flat_orient(a, b, c), sides[3] = {flat_orient(p, a, b), flat_orient(p, b, c),
-                                                             flat_orient(p, c, a)};
+    const int whole = flat_turn(a, b, c), sides[3] = {flat_turn(p, a, b), flat_turn(p, b, c), flat_turn(p, c, a)};
     int on_border = 0;
     if (whole == 0)
         return -1;
     for (int k = 0; k < 3; ++k)
     {
-        if (whole > 0 ? sides[k] < 0 : sides[k] > 0)
+        if (whole * sides[k] < 0)
             return -1;
         on_border |= sides[k] == 0;
     }

@@ -10,7 +10,11 @@
 // Twice the signed area, positive where a, b, c run counter-clockwise. Exact for coordinates up to 2^30.
 int64_t flat_orient(const int64_t a[2], const int64_t b[2], const int64_t c[2]);
 
-// 1: strictly inside; 0: on the border; -1: outside, as of any point where the triangle has no area. Either winding.
+// Its sign alone, exact for coordinates up to 2^61.
+int flat_turn(const int64_t a[2], const int64_t b[2], const int64_t c[2]);
+
+// 1: strictly inside; 0: on the border; -1: outside, as of any point where the triangle has no area. Either winding;
+// coordinates up to 2^61.
 int flat_inside(const int64_t p[2], const int64_t a[2], const int64_t b[2], const int64_t c[2]);
 
 // Whether the interiors of two triangles have a point in common; either winding; without area: never.
