@@ -467,8 +467,8 @@ static void check_mesh(const fixture *f)
 }
 
 static void charts_are_a_partition(void)
-{   // Oracle: the mesh's topology, found anew: every triangle in one chart, every chart connected, a vertex for each fan
-    // of triangles and no more; mean normals by area. Three meshes, three methods.
+{   // Oracle: the mesh's topology, found anew: every triangle in one chart, every chart connected, a vertex for each
+    // fan of triangles and no more; mean normals by area. Three meshes, three methods.
     for (int which = 0; which < SMALL_MESHES; ++which)
         for (int method = 0; method < 3; ++method)
         {
@@ -796,8 +796,8 @@ static void measure_convexity(const fixture *f, double *least_filled, size_t *mo
 }
 
 static void convex_charts_are_convex(void)
-{   // Oracle: the convex hull of a chart (Andrew 1979), which a convex chart fills; its corners. Orthographic charts must
-    // not pass.
+{   // Oracle: the convex hull of a chart (Andrew 1979), which a convex chart fills; its corners. Orthographic charts
+    // must not pass.
     static const int corners[3] = {0, 4, 20};
     for (int which = 0; which < SMALL_MESHES; ++which)
         for (int i = 0; i < 3; ++i)
@@ -1553,11 +1553,11 @@ static sampled sum_up(double *errors, size_t count)
 // Random points, as many on each piece of surface as it has area.
 static void random_points(const fixture *f, size_t count, uint32_t *triangle, float *barycentric)
 {
-    const double surface = surface_mm2(f);
+    const double each = surface_mm2(f) / (double)count;
     double below = 0.0;
     size_t next = 0;
     for (size_t t = 0; t < f->T; ++t)
-        for (below += triangle_mm2(f, t); next < count && ((double)next + 0.5) / (double)count * surface < below; ++next)
+        for (below += triangle_mm2(f, t); next < count && ((double)next + 0.5) * each < below; ++next)
         {
             double a = random_unit(), b = random_unit();
             if (a + b > 1.0)
@@ -1614,7 +1614,8 @@ static seam_errors measure_seams(const fixture *f, size_t count)
     seam_errors e;
     truth g = truth_of(f);
     const size_t texels = f->x.size * f->x.size;
-    float *values = (float *)malloc((f->x.count + 1) * sizeof *values), *image = (float *)malloc(texels * sizeof *image);
+    float *values = (float *)malloc((f->x.count + 1) * sizeof *values);
+    float *image = (float *)malloc(texels * sizeof *image);
     uint32_t *triangle = (uint32_t *)malloc(count * sizeof *triangle);
     float *barycentric = (float *)malloc(3 * count * sizeof *barycentric), *got = (float *)malloc(count * sizeof *got);
     double *errors[2] = {(double *)malloc(count * sizeof(double)), (double *)malloc(count * sizeof(double))};
@@ -1835,7 +1836,7 @@ static void fetches_are_bilinear(void)
 
 typedef struct quality
 {
-    double l2, linf;          // Sander et al. 2001, section 3: sqrt of the mean of L2^2 by area of the surface; the worst
+    double l2, linf;          // Sander et al. 2001, section 3: root of the mean of L2^2 over the surface; the worst
     double least, largest;    // texture area per surface area, over its mean
     double within;            // share of the surface where that is within a factor of 1.5
     double angle;             // mean of (Gamma/gamma + gamma/Gamma)/2
@@ -1941,9 +1942,9 @@ static int sheet_atlas(void (*point)(double, double, double[3]), int n, sss_atla
 }
 
 static void closed_forms_of_stretch(void)
-{   // Oracle: by hand. A plane is laid out as it is. Seen from above, facets of a cylinder tilted by phi are squeezed to
-    // cos phi along one axis; on a sphere's cap up to angle h, with the mean over its area 2 pi (1 - cos h):
-    // mean of 1/cos^2 = (1/cos h - 1)/(1 - cos h), area seen pi sin^2 h. A cylinder can be unrolled: least stretch is 1.
+{   // Oracle: by hand. A plane is laid out as it is. Seen from above, facets of a cylinder tilted by phi are squeezed
+    // to cos phi along one axis; on a sphere's cap up to angle h, with the mean over its area 2 pi (1 - cos h): mean of
+    // 1/cos^2 = (1/cos h - 1)/(1 - cos h), area seen pi sin^2 h. A cylinder can be unrolled: least stretch is 1.
     fixture f;
     for (int method = 0; method < 3; ++method)
     {
@@ -2348,8 +2349,8 @@ static int small_file(fixture *f, bytes *b)
 }
 
 static void damaged_files_are_refused(void)
-{   // Oracle: none of them is what was saved. Cut at every length; every byte turned over and every bit; bytes behind the
-    // end are not read; another mesh, another scale.
+{   // Oracle: none of them is what was saved. Cut at every length; every byte turned over and every bit; another mesh,
+    // another scale.
     fixture f;
     bytes b;
     int refused = 1, alone = 1, codes = 1;
@@ -2966,7 +2967,8 @@ static void hostile_meshes(void)
 static void scales_of_every_kind(void)
 {   // Oracle: the same checks; an atlas does not care for units: charts and texture coordinates stay the same when
     // positions and unit change together, by a power of two to the bit.
-    static const double scales[6] = {1e30, 1e-30, 1e18, 1e-18, 1e30, 1e-30}, units[6] = {1e-30, 1e30, 1.0, 1.0, 1.0, 1.0};
+    static const double scales[6] = {1e30, 1e-30, 1e18, 1e-18, 1e30, 1e-30};
+    static const double units[6] = {1e-30, 1e30, 1.0, 1.0, 1.0, 1.0};
     for (int i = 0; i < 6; ++i)
     {
         static const double nowhere[3] = {0.0, 0.0, 0.0};
@@ -3004,8 +3006,8 @@ static void scales_of_every_kind(void)
 }
 
 static void unreferenced_vertices_and_parts(void)
-{   // Oracle: the declaration of vertex_entry; a part for each chart at least. Two thousand tetrahedra, and vertices that
-    // nothing names between them.
+{   // Oracle: the declaration of vertex_entry; a chart for each part at least. Two thousand tetrahedra, and vertices
+    // that nothing names between them.
     enum
     {
         PARTS = 2000
