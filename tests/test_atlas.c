@@ -542,7 +542,7 @@ static void normals_stay_near_the_mean(void)
                 continue;
             const mesh_errors e = measure_mesh(&f, limit + 1e-3);
             CHECK_BELOW(e.deviation, which < 2 ? limit + 1e-3 : 90.0);
-            CHECK_BELOW(e.beyond, which < 2 ? 0.0 : 0.1);
+            CHECK_BELOW(e.beyond, which < 2 ? 0.0 : 0.15);
             CHECK_REL(f.s.normal_deviation, limit, 1e-12);
             CHECK_REL(f.s.seam_mm, e.seam_mm, 1e-5);
             charts[i] = f.m.chart_count;
@@ -749,47 +749,87 @@ static void frame_of(const double n[3], double u[3], double v[3])
     cross3(n, u, v);
 }
 
+// A triangle of a chart as it is seen along the chart's normal, in texels.
+static void seen_triangle(const fixture *f, size_t t, double out[3][2])
+{
+    double n[3], u[3], v[3];
+    for (size_t i = 0; i < 3; ++i)
+        n[i] = (double)f->m.chart_normal[3 * (size_t)f->m.chart[t] + i];
+    frame_of(n, u, v);
+    for (size_t k = 0; k < 3; ++k)
+    {
+        double p[3];
+        corner_position(f, 3 * t + k, p);
+        out[k][0] = dot3(p, u) * f->view.mm_per_unit * f->s.texels_per_mm;
+        out[k][1] = dot3(p, v) * f->view.mm_per_unit * f->s.texels_per_mm;
+    }
+}
+
+// Whether a chart folds, seen along its normal: a triangle is turned over, or two overlap.
+static int folds(const fixture *f, size_t chart)
+{
+    int64_t(*xy)[2] = (int64_t(*)[2])malloc(3 * f->T * sizeof *xy);
+    uint32_t *corners = (uint32_t *)malloc(3 * f->T * sizeof *corners);
+    size_t count = 0;
+    int found = 0;
+    for (size_t t = 0; t < f->T; ++t)
+    {
+        double p[3][2];
+        if (f->m.chart[t] != chart)
+            continue;
+        seen_triangle(f, t, p);
+        found |= uv_area(p) <= 1e-6 * triangle_mm2(f, t);
+        for (size_t k = 0; k < 6; ++k)
+            xy[3 * count + k / 2][k % 2] = (int64_t)llround((p[k / 2][k % 2] + 4.0 * (double)f->x.size) * 4096.0);
+        for (size_t k = 0; k < 3; ++k)
+            corners[3 * count + k] = (uint32_t)(3 * count + k);
+        ++count;
+    }
+    found |= flat_overlaps((const int64_t(*)[2])xy, corners, count, (int64_t)f->x.size * 8 * 4096, NULL) > 0;
+    free(xy);
+    free(corners);
+    return found;
+}
+
 static void orthographic_charts_are_projections(void)
 {   // Oracle: lengths of edges seen along the chart's normal (Lensch 5.1), which texture coordinates must reproduce at
-    // the one scale that the stats name; so that no triangle has more area in the texture than on the surface.
+    // the one scale that the stats name; so that no triangle has more area in the texture than on the surface. Charts
+    // that fold over, seen so, are laid flat otherwise.
     for (int which = 0; which < SMALL_MESHES; ++which)
     {
-        const fixture *made = small_atlas(which, SSS_ATLAS_ORTHOGRAPHIC);
-        double worst = 0.0, growth = 0.0, off = 0.0; // off: share of the surface that is laid otherwise
-        if (made == NULL)
+        const fixture *f = small_atlas(which, SSS_ATLAS_ORTHOGRAPHIC);
+        double worst = 0.0, growth = 0.0;
+        size_t folded = 0;
+        if (f == NULL)
             continue;
-        const fixture f = *made;
-        for (size_t t = 0; t < f.T; ++t)
+        double *error = (double *)calloc(2 * f->m.chart_count, sizeof *error), *more = error + f->m.chart_count;
+        for (size_t t = 0; t < f->T; ++t)
         {
-            double n[3], u[3], v[3], p[3][3], uv[3][2];
-            for (size_t k = 0; k < 3; ++k)
-            {
-                n[k] = (double)f.m.chart_normal[3 * (size_t)f.m.chart[t] + k];
-                corner_position(&f, 3 * t + k, p[k]);
-            }
-            frame_of(n, u, v);
-            triangle_uv(&f, t, uv);
-            double error = 0.0;
-            for (int k = 0; k < 3; ++k)
-            {
-                double d[3];
-                for (int i = 0; i < 3; ++i)
-                    d[i] = (p[(k + 1) % 3][i] - p[k][i]) * f.view.mm_per_unit * f.s.texels_per_mm;
-                const double seen = hypot(dot3(d, u), dot3(d, v));
-                const double got = hypot(uv[(k + 1) % 3][0] - uv[k][0], uv[(k + 1) % 3][1] - uv[k][1]);
-                keep_worst(&error, fabs(got - seen));
-            }
-            keep_worst(&worst, error);
-            off += error > 1e-3 ? triangle_mm2(&f, t) / surface_mm2(&f) : 0.0;
-            const double most = triangle_mm2(&f, t) * f.s.texels_per_mm * f.s.texels_per_mm;
-            keep_worst(&growth, (uv_area(uv) - most) / (most + 1e-3));
+            const size_t c = f->m.chart[t];
+            const double most = triangle_mm2(f, t) * f->s.texels_per_mm * f->s.texels_per_mm;
+            double seen[3][2], uv[3][2];
+            seen_triangle(f, t, seen);
+            triangle_uv(f, t, uv);
+            for (int k = 0, l = 1; k < 3; ++k, l = (k + 1) % 3)
+                keep_worst(&error[c], fabs(hypot(uv[l][0] - uv[k][0], uv[l][1] - uv[k][1]) -
+                                           hypot(seen[l][0] - seen[k][0], seen[l][1] - seen[k][1])));
+            keep_worst(&more[c], (uv_area(uv) - most) / (most + 1e-3));
         }
-        test_note("%.2f %% of the surface is off its projection, by up to %.2g texels", 100.0 * off, worst);
-        // Texels; coordinates are rounded to 2^-15 of one, chart normals to float. Where a rough surface folds over,
-        // triangles may be laid otherwise.
-        CHECK_BELOW(off, which < 2 ? 0.0 : 0.02);
-        CHECK_BELOW(worst, which < 2 ? 1e-3 : HUGE_VAL);
-        CHECK_BELOW(growth, which < 2 ? 1e-3 : HUGE_VAL);
+        for (size_t c = 0; c < f->m.chart_count; ++c)
+        {
+            if (error[c] > 1e-3 && folds(f, c))
+            {
+                ++folded;
+                continue;
+            }
+            keep_worst(&worst, error[c]);
+            keep_worst(&growth, more[c]);
+        }
+        free(error);
+        CHECK_BELOW(worst, 1e-3); // texels; coordinates are rounded to 2^-15 of one, chart normals to float
+        CHECK_BELOW(growth, 1e-3);
+        CHECK(folded == 0 || which == 2);
+        test_note("%zu of %zu charts fold", folded, f->m.chart_count);
     }
 }
 
@@ -965,7 +1005,8 @@ typedef struct texel_errors
     double barycentric;     // the point they name against the centre, in texels
     double range;           // below 0, or a sum other than 1
     double position, normal; // over the extent; of unit vectors
-    double area;            // of a texel, over it plus a millionth of a whole one
+    double area;            // of a texel, over it plus a hundredth of a whole one: what rounding leaves of one texel
+                            // may be carried to the next
     double ratio;           // relative, where the centre is inside
     size_t wrong_ratio;     // where it is outside, and the ratio is not that of the triangle with the largest share
     size_t border_area;     // borders whose area is not 0
@@ -1043,8 +1084,8 @@ static void measure_inner(const fixture *f, const truth *g, size_t e, double who
 {
     const size_t size = f->x.size, i = f->x.texel[e], t = f->x.triangle[e];
     const double want = g->area[i], got = (double)f->x.area[e];
-    keep_worst(&out->area, fabs(got - want) / (want + 1e-6 * whole));
-    out->extra += g->share[i] < 1e-12 && got > 1e-9 * whole;
+    keep_worst(&out->area, fabs(got - want) / (want + 0.01 * whole));
+    out->extra += g->share[i] < 1e-12 && got > 1e-6 * whole;
     out->slight += g->share[i] < 1e-12;
     // On the border of a chart the centre may count as outside: then the entry shows the neighbour.
     const int outside = g->center[i] == NONE || (g->on[i] && f->m.chart[t] != f->m.chart[g->center[i]]);
@@ -1131,7 +1172,7 @@ static void check_texels(const fixture *f)
     CHECK_BELOW(e.range, 1e-6);
     CHECK_BELOW(e.position, 1e-6);
     CHECK_BELOW(e.normal, 1e-4);
-    CHECK_BELOW(e.area, 1e-4);
+    CHECK_BELOW(e.area, 3e-5);
     CHECK_BELOW(e.ratio, 1e-6);
     CHECK_BELOW((double)e.wrong_ratio, 0.01 * (double)e.outside); // two may have as large a share
     CHECK_BELOW((double)e.slight, 1e-3 * (double)f->x.inner_count);
@@ -3158,6 +3199,8 @@ static model_run run_model(const char *name, sss_atlas_method method, double uti
     CHECK_BAR_ABOVE(100.0 * e.utilisation, utilisation, regression, "% of the texture used at 1024, gutter 2");
     const mesh_errors m = measure_mesh(&f, f.s.normal_deviation);
     CHECK_EQUAL(m.bad_numbers + m.empty_charts + m.parts + m.shared + m.needless, 0);
+    if (strcmp(name, "bunny") == 0)
+        CHECK_BELOW(m.beyond, 0.08); // share of the surface whose normal deviates by more than the limit
     test_note("%zu triangles, %zu charts (%zu of them tiny, %zu divided), %.2f s, L2 %.3f, Linf %.2f, %.0f MB", f.T,
               f.m.chart_count, m.tiny_charts, f.s.split_count, f.seconds, f.s.stretch_l2, f.s.stretch_linf,
               (double)f.s.bytes / 1e6);
