@@ -67,7 +67,7 @@
 //     bunny's vertices at 10 mm, 4 to 9 % at 50 mm, below 1 % at 200 mm: folds and thin parts, where the shade is a
 //     guess.
 //   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.7 %, but for
-//     the fingers at a gap of 4 with 1.06 % (predicted as 1.5 %). Single vertices may be off by several times as much:
+//     the fingers at a gap of 4 with 1.06 % (predicted as 1.9 %). Single vertices may be off by several times as much:
 //     by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the worst of the bunny's.
 //
 
