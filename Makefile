@@ -28,6 +28,7 @@ STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
+DRAGON          := $(B)/models/dragon.ply
 
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -66,11 +67,11 @@ test:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) test-run
 
-test-run: all $(BUNNY)
+test-run: all $(BUNNY) $(DRAGON)
 	@sh tests/run.sh $(TESTS) $(SCRIPTS)
 
 define one_test
-test-$(patsubst test_%,%,$(basename $(notdir $(1)))): all $(BUNNY)
+test-$(patsubst test_%,%,$(basename $(notdir $(1)))): all $(BUNNY) $(DRAGON)
 	@sh tests/run.sh $(1)
 endef
 $(foreach test,$(TESTS) $(SCRIPTS),$(eval $(call one_test,$(test))))
@@ -140,5 +141,9 @@ $(CHART) $(MERTENS) $(STABILITY): $(B)/libexamples.a $(B)/libtests.a
 $(BUNNY): tests/bunny.sh | $(B)/.setup
 	@mkdir -p $(@D)
 	sh tests/bunny.sh $@
+
+# Stanford's dragon; where npm cannot fetch it, tests do without.
+$(DRAGON): tests/dragon.sh | $(B)/.setup
+	sh tests/dragon.sh $(@D)
 
 -include $(shell find $(B)/obj -name '*.d' 2>/dev/null)
