@@ -50,20 +50,79 @@ static void face_normal(const sss_mesh *mesh, uint32_t triangle, float out[3])
     }
 }
 
-static void make_normals(const atlas_texture *t, const sss_mesh *mesh)
+typedef struct item
 {
-    for (size_t i = 0; i < t->texels.count; ++i)
+    uint64_t key;
+    uint32_t texel;
+} item;
+
+static int by_key(const void *a, const void *b)
+{
+    const item *const x = a, *const y = b;
+    return (x->key > y->key) - (x->key < y->key);
+}
+
+// Bits of u and v in turn: texels of one number but for its last bits are in one square (Morton order).
+static uint64_t interleave(uint64_t u, uint64_t v)
+{
+    uint64_t out = 0;
+    for (int bit = 0; bit < 16; ++bit)
     {
-        const float *const n = t->texels.normal + 3 * i;
+        out |= (u >> bit & 1) << (2 * bit) | (v >> bit & 1) << (2 * bit + 1);
+    }
+    return out;
+}
+
+// Chart by chart, square by square.
+static int make_order(const atlas_texture *t)
+{
+    const size_t count = t->texels.count, size = t->texels.size;
+    item *const items = malloc((count + 1) * sizeof *items);
+    for (size_t i = 0; i < count && items; ++i)
+    {
+        items[i].key = (uint64_t)t->mesh.chart[t->texels.triangle[i]] << 32 |
+                       interleave(t->texels.texel[i] % size, t->texels.texel[i] / size);
+        items[i].texel = (uint32_t)i;
+    }
+    if (items)
+    {
+        qsort(items, count, sizeof *items, by_key);
+    }
+    for (size_t i = 0; i < count && items; ++i)
+    {
+        t->order[i] = items[i].texel;
+    }
+    free(items);
+    return items ? 0 : -1;
+}
+
+static int make_points(atlas_texture *t, const sss_mesh *mesh)
+{
+    const size_t count = t->texels.count;
+    t->order = malloc((count + 1) * sizeof *t->order);
+    t->values = calloc(12 * count + 1, sizeof *t->values);
+    if (!t->order || !t->values || make_order(t) != 0)
+    {
+        return -1;
+    }
+    t->positions = t->values + 3 * count;
+    t->normals = t->positions + 3 * count;
+    t->gathered = t->normals + 3 * count;
+    for (size_t i = 0; i < count; ++i)
+    {
+        const size_t k = t->order[i];
+        const float *const n = t->texels.normal + 3 * k;
+        memcpy(t->positions + 3 * i, t->texels.position + 3 * k, 3 * sizeof *n);
         if (n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.0f)
         {
             memcpy(t->normals + 3 * i, n, 3 * sizeof *n);
         }
         else
         {
-            face_normal(mesh, t->texels.triangle[i], t->normals + 3 * i);
+            face_normal(mesh, t->texels.triangle[k], t->normals + 3 * i);
         }
     }
+    return 0;
 }
 
 int atlas_texture_create(const sss_mesh *mesh, const sss_atlas_options *options, int threads, atlas_texture *out,
@@ -82,25 +141,22 @@ int atlas_texture_create(const sss_mesh *mesh, const sss_atlas_options *options,
     }
     result = result == SSS_OK ? sss_atlas_get_mesh(out->atlas, &out->mesh) : result;
     result = result == SSS_OK ? sss_atlas_get_texels(out->atlas, &out->texels) : result;
-    if (result == SSS_OK)
+    if (result == SSS_OK && make_points(out, mesh) != 0)
     {
-        out->normals = malloc((3 * out->texels.count + 1) * sizeof *out->normals);
-        out->values = calloc(3 * out->texels.count + 1, sizeof *out->values);
-        result = out->normals && out->values ? SSS_OK : SSS_ERROR_OUT_OF_MEMORY;
+        result = SSS_ERROR_OUT_OF_MEMORY;
     }
     if (result != SSS_OK)
     {
         atlas_texture_free(out);
         return fail("atlas", result, error_text, error_size);
     }
-    make_normals(out, mesh);
     return 0;
 }
 
 void atlas_texture_free(atlas_texture *t)
 {
     sss_atlas_free(t->atlas);
-    free(t->normals);
+    free(t->order);
     free(t->values);
     free(t->png);
     memset(t, 0, sizeof *t);
@@ -123,6 +179,14 @@ void atlas_texture_interpolate(atlas_texture *t, const sss_mesh *mesh, const flo
             }
             t->values[3 * i + c] = (float)sum;
         }
+    }
+}
+
+void atlas_texture_take_gathered(atlas_texture *t)
+{
+    for (size_t i = 0; i < t->texels.count; ++i)
+    {
+        memcpy(t->values + 3 * (size_t)t->order[i], t->gathered + 3 * i, 3 * sizeof *t->values);
     }
 }
 

@@ -176,7 +176,15 @@ static int run_direct(const method_job *job, float *radiosity, method_result *re
         return fail(created, "gather", error_text, error_size);
     }
     sss_dipole_gather_stats stats;
-    const int status = gather(g, &s, job, radiosity, result, error_text, error_size);
+    int status = gather(g, &s, job, radiosity, result, error_text, error_size);
+    if (status == 0 && job->points.count > 0)
+    {
+        const double began = method_seconds();
+        const sss_result gathered = sss_dipole_gather_run(g, &job->points, job->point_radiosity);
+        status = gathered == SSS_OK ? 0 : fail(gathered, "gather between vertices", error_text, error_size);
+        result->has_points = status == 0;
+        result->points_ms = 1e3 * (method_seconds() - began);
+    }
     if (status == 0 && sss_dipole_gather_get_stats(g, &stats) == SSS_OK)
     {
         report_direct(&stats, result);
@@ -277,6 +285,14 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
     result->precompute_s = method_seconds() - start;
     result->method = "bem";
     status = status == SSS_OK ? shade_bem(bem, job, radiosity, result) : status;
+    if (status == SSS_OK && job->points.count > 0)
+    {
+        const double began = method_seconds();
+        status = sss_bem_gather(bem, job->points.positions, job->points.normals, job->points.count,
+                                job->point_radiosity);
+        result->has_points = status == SSS_OK;
+        result->points_ms = 1e3 * (method_seconds() - began);
+    }
     sss_bem_free(bem);
     return status == SSS_OK ? 0 : fail(status, "bem", error_text, error_size);
 }
