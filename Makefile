@@ -1,7 +1,7 @@
 # The two commands:  make demo  and  make test.   make help  lists the rest.
 # Sources are found by wildcard: a new example, test or header needs no edit here.
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
-#   tests/test_*.c -> build/tests/test_*    tests/common/*.c           -> build/libtests.a
+#   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
 #   tests/chart/*.c   -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
@@ -21,7 +21,7 @@ CHART           := $(B)/tests/chart/measure
 MERTENS         := $(B)/tests/chart/mertens
 STABILITY       := $(B)/tests/stability/stability
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
-TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c))
+TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
 CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))

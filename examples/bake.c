@@ -44,7 +44,9 @@ static const double MM_PER_METRE = 1000.0; // glTF's unit of length is the metre
 static const double FLOOR_ROOM = 0.07;     // share of the object's size by which the picture moves down for its image
 static const double SPURIOUS = 0.001;      // share of vertices above which placed sources are warned of
 static const double ETA = 1.3;             // of the measured materials of Jensen et al. 2001
-static const double MOST_PAIRS = 1e10;     // of texels and triangles that --method direct gathers unasked
+// What --method direct gathers at texels unasked, in pairs of a texel and a far triangle; near ones cost each texel as
+// much as NEAR_PAIRS.
+static const double MOST_PAIRS = 2e10, NEAR_PAIRS = 2e4;
 
 // ---- options ----
 
@@ -134,9 +136,9 @@ static const char usage_after_methods[] =
     "  --atlas-size N          texels on a side, 1 to 16384 (1024)\n"
     "  --atlas-method orthographic|area|convex   how charts are laid flat (area)\n"
     "  --atlas-values texels|vertices            gathers at every texel, or interpolates between the vertices:\n"
-    "                          finer detail on coarse meshes against time (texels with bem, and with direct up\n"
-    "                          to 1e10 pairs of texels and triangles, some ten seconds of two cores; else\n"
-    "                          vertices; lambert: always vertices, since it is the same)\n"
+    "                          finer detail on coarse meshes against time (texels with bem, and with direct\n"
+    "                          where that takes some twenty seconds of two cores at most; else vertices;\n"
+    "                          lambert: always vertices, since it is the same)\n"
     "picture\n"
     "  --camera AZIMUTH,ELEVATION[,ZOOM]   degrees; 0,0 looks from +z (25,10,1)\n"
     "  --resolution WIDTHxHEIGHT           (960x960)\n"
@@ -703,7 +705,7 @@ static int gathers_at_texels(const bake *b)
     const options *const o = &b->o;
     const int direct = strcmp(o->method, "direct") == 0 ||
                        (strcmp(o->method, "auto") == 0 && strcmp(o->geometry, "distance") == 0);
-    const double pairs = (double)b->atlas.texels.count * (double)b->model.triangle_count;
+    const double pairs = (double)b->atlas.texels.count * ((double)b->model.triangle_count + NEAR_PAIRS);
     return o->atlas_values ? strcmp(o->atlas_values, "texels") == 0 : !direct || pairs <= MOST_PAIRS;
 }
 

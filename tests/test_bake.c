@@ -10,6 +10,7 @@
 #include "../examples/common/shapes.h"
 #include "common/meshes.h"
 #include "common/test.h"
+#include "common/textured.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -525,6 +526,157 @@ static void auto_takes_the_least_that_does(void)
     CHECK_BELOW(reported("predicted_error"), 0.002);
 }
 
+// ---- atlas ----
+
+// Vertices keep their positions bit by bit, so a texture vertex finds the one it was split from.
+typedef struct place
+{
+    float x[3];
+    uint32_t vertex;
+} place;
+
+static int by_place(const void *a, const void *b)
+{
+    return memcmp(((const place *)a)->x, ((const place *)b)->x, sizeof ((const place *)a)->x);
+}
+
+static place *sorted_places(const model *m)
+{
+    place *const places = (place *)calloc(m->vertex_count, sizeof *places);
+    for (size_t v = 0; v < m->vertex_count && places; ++v)
+    {
+        memcpy(places[v].x, m->positions + 3 * v, sizeof places[v].x);
+        places[v].vertex = (uint32_t)v;
+    }
+    if (places)
+    {
+        qsort(places, m->vertex_count, sizeof *places, by_place);
+    }
+    return places;
+}
+
+// The vertex of the mesh for each of the textured one; NULL where one has none. Few vertices of a mesh share a place;
+// where they do, the one with the same normal counts.
+static uint32_t *origins(const model *m, const textured *t)
+{
+    place *const places = sorted_places(m);
+    uint32_t *const out = (uint32_t *)calloc(t->vertex_count, sizeof *out);
+    int complete = places != NULL && out != NULL;
+    for (size_t i = 0; i < t->vertex_count && complete; ++i)
+    {
+        place wanted;
+        memcpy(wanted.x, t->positions + 3 * i, sizeof wanted.x);
+        const place *const found = (const place *)bsearch(&wanted, places, m->vertex_count, sizeof wanted, by_place);
+        complete = found != NULL && memcmp(m->normals + 3 * (size_t)found->vertex, t->normals + 3 * i,
+                                           3 * sizeof(float)) == 0;
+        out[i] = complete ? found->vertex : 0;
+    }
+    free(places);
+    if (!complete)
+    {
+        free(out);
+        return NULL;
+    }
+    return out;
+}
+
+typedef struct texture_error
+{
+    double rms, largest; // over the root mean square, and over the largest, of the vertex colours
+} texture_error;
+
+// Of the texture fetched at the vertices, times white, against the radiosity there.   upside_down  fetches at 1 - v
+static texture_error texture_errors(const textured *t, const uint32_t *origin, const float *B, int upside_down)
+{
+    texture_error e = {0.0, 0.0};
+    double all = 0.0, scale = 0.0;
+    for (size_t i = 0; i < t->vertex_count; ++i)
+    {
+        double got[3];
+        const double v = (double)t->uv[2 * i + 1];
+        textured_fetch(t, (double)t->uv[2 * i], upside_down ? 1.0 - v : v, got);
+        for (size_t k = 0; k < 3; ++k)
+        {
+            const double want = (double)B[3 * (size_t)origin[i] + k], off = t->white * got[k] - want;
+            e.rms += off * off;
+            all += want * want;
+            e.largest = fmax(e.largest, fabs(off));
+            scale = fmax(scale, want);
+        }
+    }
+    e.rms = sqrt(e.rms / all);
+    e.largest /= scale;
+    return e;
+}
+
+// Same triangles in the same order, split only where needed, texture coordinates inside the picture.
+static void check_textured_mesh(const model *m, const textured *t, const uint32_t *origin, int size)
+{
+    size_t outside = 0, moved = 0;
+    CHECK_EQUAL(t->triangle_count, m->triangle_count);
+    CHECK(t->vertex_count >= m->vertex_count && t->vertex_count < 3 * m->triangle_count);
+    CHECK_EQUAL(t->width, size);
+    CHECK_EQUAL(t->height, size);
+    CHECK(t->unlit && t->clamped && t->white > 0.0);
+    for (size_t i = 0; i < 2 * t->vertex_count; ++i)
+    {
+        outside += !(t->uv[i] >= 0.0f && t->uv[i] <= 1.0f);
+    }
+    CHECK_EQUAL(outside, 0);
+    for (size_t i = 0; i < 3 * m->triangle_count && t->triangle_count == m->triangle_count; ++i)
+    {
+        moved += origin[t->triangles[i]] != m->triangles[i];
+    }
+    CHECK_EQUAL(moved, 0);
+}
+
+// Bakes a mesh with an atlas and its vertex colours, and compares the two.
+static void compare_texture(const char *path, const char *options, int size, double rms, double largest)
+{
+    char error[256] = "";
+    model m;
+    textured t;
+    memset(&t, 0, sizeof t);
+    test_about("%s %s", path, options);
+    CHECK(model_load(path, &m, error, sizeof error) == 0);
+    if (CHECK_EQUAL(bake("%s %s --size-mm 50 --atlas " FOLDER "atlas.glb --atlas-size %d --dump " FOLDER
+                         "B.f32 --report %s", path, unsized, size, options), 0) &&
+        CHECK(textured_load(FOLDER "atlas.glb", &t, error, sizeof error) == 0))
+    {
+        uint32_t *const origin = origins(&m, &t);
+        float *const B = load_floats(FOLDER "B.f32", 3 * m.vertex_count);
+        if (CHECK(origin != NULL && B != NULL))
+        {
+            const texture_error e = texture_errors(&t, origin, B, 0);
+            check_textured_mesh(&m, &t, origin, size);
+            CHECK_BELOW(e.rms, rms);
+            CHECK_BELOW(e.largest, largest);
+            CHECK(texture_errors(&t, origin, B, 1).rms > 0.2); // the mutation must be caught
+            CHECK_REL(t.white, reported("atlas_white"), 1e-8);
+            CHECK_EQUAL(reported("atlas_vertices"), t.vertex_count);
+            CHECK_EQUAL(reported("atlas_overlaps"), 0);
+        }
+        free(origin);
+        free(B);
+    }
+    textured_free(&t);
+    model_free(&m);
+}
+
+static void texture_is_the_radiosity_of_the_vertices(void)
+{
+    compare_texture(MESH, "--method direct", 256, 0.06, 0.2);
+    compare_texture(MESH, "--method direct --atlas-values vertices", 256, 0.06, 0.2);
+    compare_texture(MESH, "--method direct --atlas-values vertices --atlas-method orthographic", 256, 0.06, 0.2);
+    compare_texture(MESH, "--method direct --atlas-values vertices --atlas-method convex", 256, 0.06, 0.2);
+    compare_texture(MESH, "--method direct --atlas-values vertices", 512, 0.06, 0.2);
+    compare_texture(MESH, "--method direct --atlas-values vertices", 1024, 0.06, 0.2);
+    compare_texture(MESH, "--method bem", 512, 0.06, 0.2);
+    compare_texture(MESH, "--method bem", 1024, 0.06, 0.2);
+    compare_texture(MESH, "--method lambert", 512, 0.06, 0.2);
+    compare_texture(CUBE, "--method bem", 256, 0.06, 0.2);
+}
+
 // ---- refusals ----
 
 // Exit status 2, a line on standard error, nothing on standard output, no output file.
@@ -817,6 +969,7 @@ int main(int argc, char **argv)
                                       TEST(spurious_light_is_warned_of),
                                       TEST(auto_takes_the_least_that_does),
                                       TEST(bem_says_what_it_cannot_do),
+                                      TEST(texture_is_the_radiosity_of_the_vertices),
                                       TEST(materials_may_be_given_in_three_ways),
                                       TEST(report_names_everything),
                                       TEST(picture_is_a_png_of_the_asked_size),
