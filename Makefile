@@ -37,7 +37,8 @@ all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
-	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes: examples/pictures/gallery.png"
+	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes, draws what deforms and the"
+	@echo "                bunny's atlases: examples/pictures/gallery.png, bem.png, atlas.png"
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
 	@echo "make chart      measures speed against accuracy anew: tests/chart/chart.csv and chart.png"
@@ -60,7 +61,7 @@ demo:
 
 demo-run: $(EXAMPLES) $(BUNNY)
 	sh examples/gallery.sh
-	@echo "The picture is $(CURDIR)/examples/pictures/gallery.png"
+	@echo "The pictures are in $(CURDIR)/examples/pictures"
 
 test:
 	@sh tests/setup.sh test

@@ -45,8 +45,8 @@ static int make_atlas(app *a)
         snprintf(a->reason, sizeof a->reason, "%zu texels on a side: %s", a->options.size, sss_result_string(result));
         return -1;
     }
-    atlas_report(atlas);
     printf("atlas_core_s=%.3f\n", seconds);
+    atlas_report(atlas);
     const int status = atlas_view_set(a->view, &a->m, atlas, a->reason, sizeof a->reason);
     sss_atlas_free(atlas); // the view has made textures of it
     return status;

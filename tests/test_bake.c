@@ -378,7 +378,8 @@ static void help_names_every_option(void)
                                          "--sigma-s", "--sigma-a", "--eta", "--albedo", "--mfp", "--no-shadows",
                                          "--irradiance", "--dump-irradiance", "--tolerance", "--threads", "--camera",
                                          "--report", "--reference", "--guard", "direct", "bem",
-                                         "lambert"};
+                                         "lambert", "--atlas", "--atlas-png", "--atlas-size", "--atlas-method",
+                                         "--atlas-values", "orthographic", "convex"};
     CHECK_EQUAL(bake("--help"), 0);
     for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; ++i)
     {
@@ -677,6 +678,36 @@ static void texture_is_the_radiosity_of_the_vertices(void)
     compare_texture(CUBE, "--method bem", 256, 0.06, 0.2);
 }
 
+static void atlas_alone_is_a_picture_of_its_size(void)
+{
+    unsigned char head[24];
+    CHECK_EQUAL(bake(MESH " %s --method bem --atlas-png " FOLDER "atlas.png --atlas-size 200", scene), 0);
+    CHECK_EQUAL(read_file(FOLDER "atlas.png", (char *)head, sizeof head), sizeof head);
+    CHECK_EQUAL(256 * head[18] + head[19], 200);
+    CHECK_EQUAL(256 * head[22] + head[23], 200);
+}
+
+static void atlas_values_follow_the_option(void)
+{
+    static const struct
+    {
+        const char *options, *said;
+    } cases[] = {{"--method bem", "texels"},
+                 {"--method bem --atlas-values vertices", "vertices"},
+                 {"--method direct", "texels"}, // 10,000 texels and 2,000 triangles: soon done
+                 {"--method direct --atlas-values vertices", "vertices"},
+                 {"--method lambert --atlas-values texels", "vertices"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; ++i)
+    {
+        char line[64];
+        test_about("%s", cases[i].options);
+        snprintf(line, sizeof line, "\natlas_values=%s\n", cases[i].said);
+        CHECK_EQUAL(bake(MESH " %s --atlas " FOLDER "atlas.glb --atlas-size 128 --report %s", scene,
+                         cases[i].options), 0);
+        CHECK(strstr(g_said, line) != NULL);
+    }
+}
+
 // ---- refusals ----
 
 // Exit status 2, a line on standard error, nothing on standard output, no output file.
@@ -691,6 +722,7 @@ static void refuse(const char *what, const char *arguments)
     CHECK_EQUAL(bake("%s", all), 2);
     CHECK(strlen(g_complained) > 10 && strchr(g_complained, '\n') != NULL && g_said[0] == '\0');
     CHECK(!exists(FOLDER "no.glb") && !exists(FOLDER "no.png") && !exists(FOLDER "no.f32"));
+    CHECK(!exists(FOLDER "no.glb2") && !exists(FOLDER "no.png2"));
 }
 
 static void wrong_arguments_are_refused(void)
@@ -733,6 +765,21 @@ static void wrong_arguments_are_refused(void)
         {"irradiance absent", MESH " --material marble --size-mm 10 --irradiance " FOLDER "absent.f32"},
         {"irradiance of another size", MESH " --material marble --size-mm 10 --irradiance " FOLDER "short.f32"},
         {"irradiance not finite", MESH " --material marble --size-mm 10 --irradiance " FOLDER "nan.f32"},
+        {"atlas size 0", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER "no.glb2 --atlas-size 0"},
+        {"atlas size no number", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas-png " FOLDER
+         "no.png2 --atlas-size big"},
+        {"atlas too large", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-size 16385"},
+        {"atlas too small for its charts", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-size 2"},
+        {"unknown atlas method", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-method magic"},
+        {"unknown atlas values", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-values all"},
+        {"atlas size without atlas", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas-size 256"},
+        {"atlas method without atlas", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas-method area"},
+        {"atlas in no folder", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER "absent/no.glb2"},
+        {"atlas over the mesh", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER "no.glb"},
         {"camera of one number", MESH " --material marble --size-mm 10 --light 0,0,1 --camera 3"},
         {"picture of no size", MESH " --material marble --size-mm 10 --light 0,0,1 --resolution 0x0"}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; ++i)
@@ -970,6 +1017,8 @@ int main(int argc, char **argv)
                                       TEST(auto_takes_the_least_that_does),
                                       TEST(bem_says_what_it_cannot_do),
                                       TEST(texture_is_the_radiosity_of_the_vertices),
+                                      TEST(atlas_alone_is_a_picture_of_its_size),
+                                      TEST(atlas_values_follow_the_option),
                                       TEST(materials_may_be_given_in_three_ways),
                                       TEST(report_names_everything),
                                       TEST(picture_is_a_png_of_the_asked_size),

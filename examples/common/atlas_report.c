@@ -53,4 +53,5 @@ void atlas_report(const sss_atlas *atlas)
     printf("atlas_overlaps=%zu\natlas_empty_texels=%zu\natlas_unseen_triangles=%zu\natlas_unseen_area=%.6g\n"
            "atlas_texel_area_error=%.3g\natlas_bytes=%zu\n", s->overlaps, s->empty_texels, s->unseen_triangles,
            s->unseen_area, s->texel_area_error, s->bytes);
+    fflush(stdout);
 }

@@ -132,7 +132,7 @@ static void stretch_color(double stretch, float out[3])
     const double *const end = log_ratio < 0.0 ? fine : coarse;
     for (int k = 0; k < 3; ++k)
     {
-        out[k] = (float)(even[k] + (end[k] - even[k]) * pow(t, 0.8));
+        out[k] = (float)(even[k] + (end[k] - even[k]) * pow(t, 0.65));
     }
 }
 
