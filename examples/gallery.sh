@@ -33,7 +33,8 @@ mv "$work/bem.png" "$(dirname "$out")/bem.png"
 for method in orthographic area convex; do
     build/atlas build/models/bunny.glb --method $method --headless "$work/atlas-$method.png" >"$work/atlas.said"
 done
-convert "$work/atlas-orthographic.png" "$work/atlas-area.png" "$work/atlas-convex.png" -append $small "$work/atlas.png"
+convert "$work/atlas-orthographic.png" "$work/atlas-area.png" "$work/atlas-convex.png" -append -resize 1280x $small \
+    "$work/atlas.png"
 mv "$work/atlas.png" "$(dirname "$out")/atlas.png"
 
 # ---- the same light and camera for all ----

