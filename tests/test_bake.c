@@ -676,7 +676,7 @@ static void texture_is_the_radiosity_of_the_vertices(void)
     compare_texture(CUBE, "--method bem", 256, 0.06, 0.05);
 }
 
-// A quarter of the texel, a quarter of the error, but for eight bits and slits in charts that are narrower than a texel.
+// A quarter of the texel, a quarter of the error, but for eight bits and slits in charts narrower than a texel.
 static void texture_converges(void)
 {
     static const char options[] = "--method direct --atlas-values vertices";
