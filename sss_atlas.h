@@ -3,8 +3,8 @@
 // What the texel-based pipelines of the family stand on:
 //   H. P. A. Lensch, M. Goesele, P. Bekaert, J. Kautz, M. A. Magnor, J. Lang, H.-P. Seidel: Interactive Rendering of
 //   Translucent Objects (Pacific Graphics 2002), section 5.1;
-//   C.-W. Chang, W.-C. Lin, T.-C. Ho, T.-S. Huang, J.-H. Chuang: Real-Time Translucent Rendering Using GPU-based Texture
-//   Space Importance Sampling (Eurographics 2008), sections 2.2, 3 and 5.1;
+//   C.-W. Chang, W.-C. Lin, T.-C. Ho, T.-S. Huang, J.-H. Chuang: Real-Time Translucent Rendering Using GPU-based
+//   Texture Space Importance Sampling (Eurographics 2008), sections 2.2, 3 and 5.1;
 //   P.-P. Sloan, X. Liu, H.-Y. Shum, J. Snyder: Bi-Scale Radiance Transfer (SIGGRAPH 2003), section 4.3.
 // Licence: MIT-0 or public domain, at your choice; see the end. Needs libc and libm, nothing else.
 //
@@ -38,8 +38,8 @@
 // ================================================ THEORY ===============================================
 //
 //     symbol     name in code       unit       meaning
-//     (u, v)     uv                 -          texture coordinates in [0, 1], v upwards as in OpenGL, texel (0, 0) below
-//                                              at the left, texel centres at (i + 1/2)/size
+//     (u, v)     uv                 -          texture coordinates in [0, 1], v upwards as in OpenGL, texel (0, 0)
+//                                              below at the left, texel centres at (i + 1/2)/size
 //     S(u, v)    texels.area        mm^2       area of the surface that a texel shows (Lensch 5.2)
 //     A_S/A_T    texels.area_ratio  mm^2       of the triangle under a texel: surface per texel (Chang eq. 6)
 //     Gamma      stretch            -          singular values of the map from texture to surface, over the one that an
@@ -182,8 +182,8 @@ typedef struct sss_atlas_options
                                // these join a neighbour
     double compactness;        // how much round charts are preferred, in [0, 10]; 0: 1; negative: not at all
     double max_area;           // of a chart, mm^2; 0: no limit
-    size_t max_charts;         // 0: no limit; charts are merged, beyond the deviation if they must be, until so many are
-                               // left; connected parts that do not fit together are never merged
+    size_t max_charts;         // 0: no limit; charts are merged, beyond the deviation if they must be, until so many
+                               // are left; connected parts that do not fit together are never merged
     size_t size;               // texels on a side, at most 16,384; 0: 1,024, or what texels_per_mm needs
     double texels_per_mm;      // 0: as many as fit into size; else size must be 0
     int border;                // texels around each chart that show the surface of its neighbours, at most 64; 0: 1;
@@ -209,7 +209,7 @@ typedef struct sss_atlas_stats
     double seam_mm;            // length of all seams
     double utilisation;        // covered area of charts over that of the texture
     double stretch_l2, stretch_linf;     // Sander et al. 2001; 1 is an isometry
-    double area_distortion[3]; // least, mean and largest texture area per surface area, over its mean for the whole mesh
+    double area_distortion[3]; // least, mean and largest texture area per surface area, over its mean for the mesh
     double area_share_within;  // share of the surface whose area distortion lies within a factor of 1.5
     double angle_distortion;   // mean of (larger + smaller singular value ratio)/2 over the surface; 1 is conformal
     size_t overlaps;           // pairs of triangles whose interiors meet, by exact test: 0
@@ -250,7 +250,8 @@ typedef struct sss_atlas_mesh
     const uint32_t *vertex;    // [A] of the mesh
     const uint32_t *triangles; // [T][3], indices below A
     const uint32_t *chart;     // [T], below C
-    const float *stretch;      // [T] L2 stretch of a triangle, 1 where it is laid out evenly; INFINITY without texture area
+    const float *stretch;      // [T] L2 stretch of a triangle, 1 where it is laid out evenly; INFINITY without texture
+                               // area
     const float *area_ratio;   // [T] A_S/A_T, mm^2 per texel; 0 without texture area
     const float *chart_normal; // [C][3] mean, unit length or 0
 } sss_atlas_mesh;
@@ -285,7 +286,8 @@ SSS_ATLAS_API sss_result sss_atlas_get_texels(const sss_atlas *atlas, sss_atlas_
 
 // Values of entries into an image; texels without an entry get the mean of their neighbours, `rings` texels far, and
 // zero beyond, so that mipmaps and bilinear fetches stay clean.
-//   values  [count][channels], finite;   image  [size][size][channels], v upwards;   channels  1 .. 16;   rings  0 .. 1,024
+//   values  [count][channels], finite;   image  [size][size][channels], v upwards;   channels  1 .. 16
+//   rings   0 .. 1,024
 // Allocates. SSS_ERROR_INVALID_ARGUMENT, _OUT_OF_MEMORY.
 SSS_ATLAS_API sss_result sss_atlas_fill_image(const sss_atlas *atlas, const float *values, size_t channels,
                                               size_t rings, float *image);
@@ -302,7 +304,8 @@ SSS_ATLAS_API sss_result sss_atlas_fetch(const sss_atlas *atlas, const float *im
 typedef int (*sss_atlas_write)(void *user, const void *bytes, size_t count);
 SSS_ATLAS_API sss_result sss_atlas_save(const sss_atlas *atlas, sss_atlas_write write, void *user);
 
-// Reads it back for the same mesh, with the same normals or again without. read  fills count bytes, nonzero: there are no more. Safe on any bytes.
+// Reads it back for the same mesh, with the same normals or again without. Safe on any bytes.
+//   read  fills count bytes; nonzero: there are no more
 // Allocates. SSS_ERROR_BAD_DATA, _BAD_VERSION, _MISMATCH (another mesh), _INVALID_ARGUMENT, _OUT_OF_MEMORY.
 typedef int (*sss_atlas_read)(void *user, void *bytes, size_t count);
 SSS_ATLAS_API sss_result sss_atlas_load(const sss_mesh *mesh, sss_atlas_read read, void *user, const sss_hooks *hooks,
@@ -2431,7 +2434,7 @@ static sss_result sss_atlas__split_chart(sss_atlas__build *b, uint32_t chart)
 #define SSS_ATLAS__OFF 1.5         // and one that at most a share of its surface should have:
 #define SSS_ATLAS__SHARE_OFF 0.1   // where charts are good, a thousandth has;
 #define SSS_ATLAS__MOST_ENERGY 2.0 // and symmetric Dirichlet energy over that of an isometry, good: 1.002
-#define SSS_ATLAS__SMALL 2e-4      // share of the surface below which a chart is not divided for its stretch: at most
+#define SSS_ATLAS__SMALL_CHART 2e-4      // share of the surface below which a chart is not divided for its stretch: at most
                                    // 5,000 charts are, however long and narrow the surface is
 #define SSS_ATLAS__MOST_STRETCH 2.5 // L2, of a convex chart that had not better be divided; round ones have 1.2 to 1.7
 #define SSS_ATLAS__SWEEPS 4        // of Sander's relaxation
@@ -4074,7 +4077,7 @@ static void sss_atlas__make_area_one(sss_atlas__sheet *s)
 // Charts that are not good had better be divided, unless their number is limited, or they hardly count.
 static int sss_atlas__may_divide(const sss_atlas__sheet *s)
 {
-    return s->b->options.max_charts == 0 && s->share_of_surface > SSS_ATLAS__SMALL;
+    return s->b->options.max_charts == 0 && s->share_of_surface > SSS_ATLAS__SMALL_CHART;
 }
 
 // Whether areas are kept well enough, and shapes at all.
@@ -6077,7 +6080,7 @@ static sss_result sss_atlas__repair(sss_atlas__build *b, size_t *left)
 
 // Whether the interiors of two counter-clockwise triangles with area meet: two convex polygons are apart if and only
 // if a line along an edge of one of them separates them (closed half-planes: they may touch).
-static int sss_atlas__triangles_meet(const int32_t a[3][2], const int32_t b[3][2])
+static int sss_atlas__grid_triangles_meet(const int32_t a[3][2], const int32_t b[3][2])
 {
     int k;
     for (k = 0; k < 3; k++)
@@ -6204,7 +6207,7 @@ static size_t sss_atlas__overlaps_in_cell(const sss_atlas__build *b, const sss_a
         {
             *work += 1.0;
             sss_atlas__grid_corners(b, items[j].id, c);
-            if (sss_atlas__triangles_meet((const int32_t (*)[2])a, (const int32_t (*)[2])c))
+            if (sss_atlas__grid_triangles_meet((const int32_t (*)[2])a, (const int32_t (*)[2])c))
             {
                 int32_t ra[2], rc[2], ca[2] = {1, 0}, cc[2] = {1, 0}, row;
                 sss_atlas__rows(cells, (const int32_t (*)[2])a, ra);
