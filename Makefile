@@ -42,7 +42,7 @@ help:
 	@echo "                bunny's atlases: examples/pictures/gallery.png, bem.png, atlas.png"
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
-	@echo "make chart      measures speed against accuracy anew: tests/chart/chart.csv and chart.png"
+	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
 	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
@@ -81,6 +81,7 @@ chart:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY)
 	sh tests/chart/chart.sh
+	sh tests/chart/atlas.sh
 
 mertens:
 	@sh tests/setup.sh test
