@@ -47,7 +47,14 @@
 //
 // ================================================ LIMITS ===============================================
 //
-// (to be measured)
+//   * Rough surfaces: charts follow the mean normal, so single triangles may lie beyond normal_deviation, on the bunny
+//     5 % of the surface at 30 degrees. Charts that fold seen along their mean normal are laid flat with equal area, by
+//     every method.
+//   * Slits: packing keeps charts apart, not a chart from itself. Where a chart meets itself across a slit narrower
+//     than two texels, both sides share texels, and a bilinear fetch mixes them.
+//   * Seams: a smooth function, sampled into the atlas and fetched bilinearly, is off at seams by as much as inside
+//     charts on smooth surfaces, by 2 to 3 times as much on the bunny, whose seams run along creases.
+//   * Vertices that are duplicated at one place are two: the mesh ends there, and borders with it. Weld them first.
 
 #ifndef SSS_ATLAS_H
 #define SSS_ATLAS_H
@@ -275,7 +282,8 @@ typedef struct sss_atlas_texels
     const float *normal;       // [count][3] interpolated, unit length or 0
     const float *area;         // [count] S(u, v) in mm^2, clipped exactly: they sum to the mesh's, as far as float
                                // reaches; 0 in borders
-    const float *area_ratio;   // [count] A_S/A_T of the chart's own triangle, mm^2 per texel
+    const float *area_ratio;   // [count] A_S/A_T, mm^2 per texel: of the chart's own triangle with the centre or else
+                               // the largest share of the texel; in borders of the one reached
     const uint32_t *entry;     // [size][size] of a texel; UINT32_MAX: none
     const uint32_t *vertex_entry; // [V] the entry nearest to a vertex, in a chart that has it; UINT32_MAX: unreferenced
     const uint32_t *entry_vertex; // [count] the vertex of the mesh that counts most in an entry
@@ -2407,12 +2415,14 @@ static sss_result sss_atlas__split_chart(sss_atlas__build *b, uint32_t chart)
 //   image of a connected chart without overlap has exactly one outer loop.
 //
 // So the test looks at signs of areas and at pairs of boundary edges only. Where edges merely touch, as the two sides
-// of a slit do that is seen from above, all pairs of triangles that may meet are tested instead.
+// of a slit do that is seen from above, all pairs of triangles that may meet are tested instead. Texture coordinates
+// are rounded in the end: a vertex that is closer than that to an edge across from it, but does not coincide with one
+// of its ends (a corner that the mesh has on another triangle's edge, a hole without area) is moved away before.
 
 #define SSS_ATLAS__THIN 1e-9       // height over longest edge below which a triangle counts as without area: a needle
                                    // of 1e-9 still has 7 digits of area in double
-#define SSS_ATLAS__FAT 1e-3        // the height over longest edge that such a triangle gets in energies and weights: thin
-                                   // enough to take no room, fat enough for sums of squares
+#define SSS_ATLAS__FAT 1e-3        // the height over longest edge that such a triangle gets in energies and weights:
+                                   // thin enough to take no room, fat enough for sums of squares
 #define SSS_ATLAS__ROUNDING 3.6e-15 // 16 ulp: what an area may change, relative to extent times edge, when the chart is
                                    // turned: four coordinates are off by 1 ulp of the extent before and after
 #define SSS_ATLAS__SIGN 4.5e-16    // Shewchuk 1997: beyond (3 + 16 u) u times the sum of both products, u = 2^-53, a
@@ -2423,8 +2433,11 @@ static sss_result sss_atlas__split_chart(sss_atlas__build *b, uint32_t chart)
 #define SSS_ATLAS__ROUNDS 8        // of Yoshizawa's iteration, which ends after three or four;
 #define SSS_ATLAS__START_ROUNDS 2  // before a descent, which more of them do not help (measured)
 #define SSS_ATLAS__DESCENTS 100    // steps of the descent at most; a chart seen from above needs about ten
+#define SSS_ATLAS__SQUEEZED 10.0   // square of the stretch by which a triangle is opened on its own, twice: 1/3 as wide
 #define SSS_ATLAS__STIFF 4.0       // triangles squeezed to 2/3: weights of the descent are made anew in each step
 #define SSS_ATLAS__EVEN 1.002      // energy over its least value that is as good as an isometry: 3 % of edge length
+#define SSS_ATLAS__ENOUGH 20       // steps, where the energy over its least value is
+#define SSS_ATLAS__GOOD 1.02       // this: what is left are single triangles
 #define SSS_ATLAS__SLOW 1e-3       // relative gain in stretch below which Yoshizawa's iteration ends
 #define SSS_ATLAS__SLOW_DESCENT 0.02 // gain over what is left to gain below which a descent ends, the second time
 #define SSS_ATLAS__SMOOTHINGS 24   // conjugate gradient steps for one direction of descent
@@ -2434,13 +2447,18 @@ static sss_result sss_atlas__split_chart(sss_atlas__build *b, uint32_t chart)
 #define SSS_ATLAS__OFF 1.5         // and one that at most a share of its surface should have:
 #define SSS_ATLAS__SHARE_OFF 0.1   // where charts are good, a thousandth has;
 #define SSS_ATLAS__MOST_ENERGY 2.0 // and symmetric Dirichlet energy over that of an isometry, good: 1.002
-#define SSS_ATLAS__SMALL_CHART 2e-4      // share of the surface below which a chart is not divided for its stretch: at most
+#define SSS_ATLAS__SMALL_SHARE 2e-4 // share of the surface below which a chart is not divided for its stretch: at most
                                    // 5,000 charts are, however long and narrow the surface is
 #define SSS_ATLAS__MOST_STRETCH 2.5 // L2, of a convex chart that had not better be divided; round ones have 1.2 to 1.7
 #define SSS_ATLAS__SWEEPS 4        // of Sander's relaxation
 #define SSS_ATLAS__SECTIONS 10     // golden sections of one line search: within 1 % of the line
 #define SSS_ATLAS__CELLS 8         // that boundary edges cross, each on average: at most 6 (see sss_atlas__enter_edge)
 #define SSS_ATLAS__PATIENCE 256    // pairs of edges, or of triangles, tested for each before a chart is given up
+#define SSS_ATLAS__GAP 2.0         // units of texture coordinates that boundary edges keep from each other: rounding
+                                   // moves a point by at most 1/sqrt(2), and an edge too
+#define SSS_ATLAS__LEAST_SHARE 0.2 // of the texture that charts take, to guess how large a unit will be
+#define SSS_ATLAS__GAP_OF_EDGE 0.0625 // times the mean boundary edge: no gap is larger, however small the chart
+#define SSS_ATLAS__PARTINGS 8      // rounds of moving apart what is closer
 #define SSS_ATLAS__VECTORS 9       // of one value for each vertex and coordinate
 
 typedef double (*sss_atlas__points)[2];
@@ -2454,6 +2472,9 @@ typedef struct sss_atlas__sheet
     uint32_t loops;            // of boundary edges
     uint32_t met[2];           // boundary edges that met last
     uint32_t outer;            // boundary edges of the longest loop, which is the first
+    int parting;               // boundary vertices that are too close to an edge are moved away from it
+    int near;                  // one was
+    double gap;                // that they have to keep; 0: none
     double scale;              // from mm to an area of 1
     double share_of_surface;   // of the whole mesh
     uint32_t *triangle;        // [m][3]
@@ -2472,6 +2493,7 @@ typedef struct sss_atlas__sheet
     unsigned char *fixed;      // [n] does not move; 2: a corner
     uint32_t *outline;         // [edges] vertex where a boundary edge starts, loop by loop
     uint32_t *outline_end;     // [edges] and ends
+    uint32_t *apex;            // [edges] third corner of its triangle
     uint32_t *cell;            // [edges] first entry of a bucket, + 1
     uint32_t *entry;           // [CELLS edges][2] edge, next entry + 1
     uint32_t *order;           // [2 n + m] for sorting and marking
@@ -2483,7 +2505,7 @@ typedef struct sss_atlas__sheet
 typedef struct sss_atlas__flat
 {
     sss_atlas__build *b;
-    uint32_t *triangle, *ring_begin, *ring, *row, *column, *outline, *outline_end, *cell, *entry, *order;
+    uint32_t *triangle, *ring_begin, *ring, *row, *column, *outline, *outline_end, *apex, *cell, *entry, *order;
     double (*inverse)[3];
     double *area, *weight, *share, *sigma;
     unsigned char *thin, *bad, *fixed;
@@ -2797,7 +2819,8 @@ static double sss_atlas__total_stretch2(sss_atlas__sheet *s, const double (*p)[2
 
 // The singular values Gamma >= gamma of the map from texture to surface (Sander et al. 2001, section 3). With
 // A = <q1, q2, q3> the area in the texture and q the corners, its derivatives are
-//     S_u = (q1 (v2 - v3) + q2 (v3 - v1) + q3 (v1 - v2))/(2 A),   S_v = (q1 (u3 - u2) + q2 (u1 - u3) + q3 (u2 - u1))/(2 A),
+//     S_u = (q1 (v2 - v3) + q2 (v3 - v1) + q3 (v1 - v2))/(2 A),
+//     S_v = (q1 (u3 - u2) + q2 (u1 - u3) + q3 (u2 - u1))/(2 A),
 // and with a = S_u . S_u, b = S_u . S_v, c = S_v . S_v
 //     Gamma, gamma = sqrt((a + c +- sqrt((a - c)^2 + 4 b^2))/2).
 // gamma is taken as sqrt(a c - b^2)/Gamma, the ratio of areas over Gamma, which does not cancel.
@@ -2859,7 +2882,8 @@ static int sss_atlas__is_positive(const sss_atlas__sheet *s, int strict)
         const uint32_t *t = s->triangle + 3 * (size_t)k;
         const double *o = s->p[t[0]], *p = s->p[t[1]], *q = s->p[t[2]];
         const double orient = sss_atlas__orient(o, p, q);
-        const double margin = rounding * (fabs(p[0] - o[0]) + fabs(p[1] - o[1]) + fabs(q[0] - o[0]) + fabs(q[1] - o[1]));
+        const double margin = rounding
+                              * (fabs(p[0] - o[0]) + fabs(p[1] - o[1]) + fabs(q[0] - o[0]) + fabs(q[1] - o[1]));
         if (s->area[k] > 0.0 && !(s->thin[k] ? (strict ? orient > 0.0 : orient >= -margin) : orient > margin))
         {
             return 0;
@@ -2876,25 +2900,63 @@ static int sss_atlas__side(const double a[2], const double b[2], const double c[
     return left - right > bound ? 1 : left - right < -bound ? -1 : 0;
 }
 
-// 0: apart; 1: they touch, or may; 2: they cross.
-static int sss_atlas__meet(const sss_atlas__sheet *s, uint32_t e, uint32_t f)
+// Whether a boundary vertex is so close to an edge, on its outer side, that rounding may take it across. One that lies
+// exactly on an end of the edge, as along a slit, is rounded like it. Moves it away if that is wanted.
+static int sss_atlas__is_near(sss_atlas__sheet *s, uint32_t v, uint32_t f)
+{
+    const double *a = s->p[s->outline[f]], *b = s->p[s->outline_end[f]], d[2] = {b[0] - a[0], b[1] - a[1]};
+    const double length = sqrt(d[0] * d[0] + d[1] * d[1]);
+    double *p = s->p[v], along, left, away[2], far;
+    int i, on_end[2];
+    for (i = 0; i < 2; i++)
+    {
+        const double *end = i ? b : a;
+        on_end[i] = p[0] == end[0] && p[1] == end[1];
+    }
+    if (on_end[0] || on_end[1] || v == s->apex[f] || !(length > 0.0))
+    {
+        return 0;
+    }
+    along = ((p[0] - a[0]) * d[0] + (p[1] - a[1]) * d[1]) / length;
+    left = ((p[1] - a[1]) * d[0] - (p[0] - a[0]) * d[1]) / length;
+    if (left <= -s->gap || left >= 1e-3 * s->gap || along <= 0.0 || along >= length) // 1e-3: far more than rounding
+    {
+        return 0;
+    }
+    far = (2.0 * s->gap + left) / length;
+    away[0] = d[1] * far;
+    away[1] = -d[0] * far;
+    for (i = 0; i < 2 && s->parting; i++)
+    {
+        p[i] += away[i];
+    }
+    return 1;
+}
+
+// 0: apart; 1: they touch, or may, or are near; 2: they cross.
+static int sss_atlas__meet(sss_atlas__sheet *s, uint32_t e, uint32_t f)
 {
     const uint32_t ia = s->outline[e], ib = s->outline_end[e], ic = s->outline[f], id = s->outline_end[f];
     const double *a = s->p[ia], *b = s->p[ib], *c = s->p[ic], *d = s->p[id];
-    int i, abc, abd, cda, cdb;
+    int i, abc, abd, cda, cdb, near;
     for (i = 0; i < 2; i++)
     {
-        if (sss_atlas__max(a[i], b[i]) < sss_atlas__min(c[i], d[i])
-            || sss_atlas__max(c[i], d[i]) < sss_atlas__min(a[i], b[i]))
+        if (sss_atlas__max(a[i], b[i]) + s->gap < sss_atlas__min(c[i], d[i])
+            || sss_atlas__max(c[i], d[i]) + s->gap < sss_atlas__min(a[i], b[i]))
         {
             return 0;
         }
     }
+    near = s->gap > 0.0 && ((ia != ic && ia != id && sss_atlas__is_near(s, ia, f))
+                            || (ib != ic && ib != id && sss_atlas__is_near(s, ib, f))
+                            || (ic != ia && ic != ib && sss_atlas__is_near(s, ic, e))
+                            || (id != ia && id != ib && sss_atlas__is_near(s, id, e)));
+    s->near |= near;
     if (ib == ic || id == ia) // one after the other: they lie on each other, or share but the vertex
     {
         const double *o = ib == ic ? b : a, *p = ib == ic ? a : b, *q = ib == ic ? d : c;
         const double dot = (p[0] - o[0]) * (q[0] - o[0]) + (p[1] - o[1]) * (q[1] - o[1]);
-        return ia == id && ib == ic ? 1 : sss_atlas__side(o, p, q) == 0 && dot >= 0.0;
+        return near || (ia == id && ib == ic) || (sss_atlas__side(o, p, q) == 0 && dot >= 0.0);
     }
     abc = sss_atlas__side(a, b, c);
     abd = sss_atlas__side(a, b, d);
@@ -2902,7 +2964,7 @@ static int sss_atlas__meet(const sss_atlas__sheet *s, uint32_t e, uint32_t f)
     cdb = sss_atlas__side(c, d, b);
     if (abc * abd > 0 || cda * cdb > 0)
     {
-        return 0;
+        return near;
     }
     return abc * abd < 0 && cda * cdb < 0 ? 2 : 1;
 }
@@ -2946,14 +3008,15 @@ static int sss_atlas__enter_cell(sss_atlas__table *table, uint32_t e, int64_t co
     return 1;
 }
 
-// All cells of an edge, row by row, with a millionth of a cell to spare, far more than rounding. An edge of extents
-// dx, dy enters at most 2 + dy/c rows and dx/c + 2 rows cells; with the mean of dx + dy as cell size c that makes at most
-// 6 cells on average, nearly always 3: 8 are kept.
+// All cells of an edge, row by row, with the gap and a millionth of a cell to spare, far more than rounding. An edge of
+// extents dx, dy enters at most 2 + dy/c rows and dx/c + 2 rows cells; with the mean of dx + dy as cell size c that
+// makes at most 6 cells on average, nearly always 3: 8 are kept.
 static int sss_atlas__enter_edge(sss_atlas__table *table, uint32_t e, double cell)
 {
     const double *a = table->s->p[table->s->outline[e]], *b = table->s->p[table->s->outline_end[e]];
     const double *low = a[1] <= b[1] ? a : b, *high = a[1] <= b[1] ? b : a;
-    const double spare = 1e-6, y0 = low[1] / cell, y1 = high[1] / cell, x0 = low[0] / cell, x1 = high[0] / cell;
+    const double y0 = low[1] / cell, y1 = high[1] / cell, x0 = low[0] / cell, x1 = high[0] / cell;
+    const double spare = 1e-6 + table->s->gap / cell;
     const double slope = y1 > y0 ? (x1 - x0) / (y1 - y0) : 0.0;
     const int64_t last = (int64_t)floor(y1 + spare);
     int64_t row, column;
@@ -2978,7 +3041,7 @@ static int sss_atlas__enter_edge(sss_atlas__table *table, uint32_t e, double cel
     return 1;
 }
 
-// Boundary edges: 0 apart, 1 touching, 2 crossing.
+// Boundary edges: 0 apart, 1 touching or near, 2 crossing.
 static int sss_atlas__outline_meets(sss_atlas__sheet *s)
 {
     sss_atlas__table table;
@@ -2987,6 +3050,7 @@ static int sss_atlas__outline_meets(sss_atlas__sheet *s)
     memset(&table, 0, sizeof table);
     memset(s->met, 0, sizeof s->met);
     table.s = s;
+    s->near = 0;
     for (e = 0; e < s->edges; e++)
     {
         const double *a = s->p[s->outline[e]], *b = s->p[s->outline_end[e]];
@@ -2997,6 +3061,7 @@ static int sss_atlas__outline_meets(sss_atlas__sheet *s)
     {
         return 2;
     }
+    s->gap = sss_atlas__min(s->gap, SSS_ATLAS__GAP_OF_EDGE * length / s->edges);
     for (e = 0; e < s->edges; e++)
     {
         if (!sss_atlas__enter_edge(&table, e, length / s->edges))
@@ -3141,6 +3206,31 @@ static int sss_atlas__overlaps_itself(sss_atlas__sheet *s, int strict)
     }
     meets = sss_atlas__outline_meets(s);
     return meets == 2 || !sss_atlas__has_one_outline(s) || (meets == 1 && sss_atlas__triangles_meet(s, NULL));
+}
+
+// Moves boundary vertices out of the way of edges that rounding could take them across. 1: none is in the way.
+static int sss_atlas__part(sss_atlas__sheet *s)
+{
+    int round;
+    for (round = 0; round < SSS_ATLAS__PARTINGS; round++)
+    {
+        s->parting = 0;
+        sss_atlas__outline_meets(s);
+        if (!s->near)
+        {
+            return 1;
+        }
+        s->parting = 1;
+        sss_atlas__outline_meets(s);
+    }
+    s->parting = 0;
+    return 0;
+}
+
+// The test that ends every method: no overlap now, and none when texture coordinates are rounded.
+static int sss_atlas__is_sound(sss_atlas__sheet *s)
+{
+    return sss_atlas__part(s) && !sss_atlas__overlaps_itself(s, 0);
 }
 
 // ---- seen from above ----
@@ -3321,10 +3411,13 @@ static void sss_atlas__solve_shares(sss_atlas__sheet *s)
 // included if it is good. 1: there is one.
 static int sss_atlas__even_out(sss_atlas__sheet *s, int rounds)
 {
-    double best = sss_atlas__is_positive(s, 1) ? sss_atlas__total_stretch2(s, (const double (*)[2])s->p, NULL) : HUGE_VAL;
-    double last = HUGE_VAL;
+    double best = HUGE_VAL, last = HUGE_VAL;
     uint32_t q;
     int round;
+    if (sss_atlas__is_positive(s, 1))
+    {
+        best = sss_atlas__total_stretch2(s, (const double (*)[2])s->p, NULL);
+    }
     sss_atlas__copy_points(s->n, (const double (*)[2])s->p, s->v[5]);
     sss_atlas__weigh_mean_values(s);
     for (round = 0; round < rounds; round++)
@@ -3406,8 +3499,8 @@ typedef struct sss_atlas__polygon
     double radius;
 } sss_atlas__polygon;
 
-// How much a boundary vertex is a corner: 1 - cos of the angle by which the boundary turns there; more for the tip of an
-// ear, which has to be one.
+// How much a boundary vertex is a corner: 1 - cos of the angle by which the boundary turns there; more for the tip of
+// an ear, which has to be one.
 static double sss_atlas__sharpness(const sss_atlas__sheet *s, uint32_t e)
 {
     const sss_atlas__build *b = s->b;
@@ -3447,6 +3540,11 @@ static void sss_atlas__turn_outline(sss_atlas__sheet *s)
         s->outline[e] = copy[e];
         s->outline_end[e] = copy[e + 1 < s->outer ? e + 1 : 0];
     }
+    for (e = 0; e < s->outer; e++)
+    {
+        copy[e] = s->apex[(e + start) % s->outer];
+    }
+    memcpy(s->apex, copy, s->outer * sizeof *copy);
 }
 
 // Marks corners that divide the boundary's length evenly (Sloan et al. 2003, section 4.3), but for a quarter of a side
@@ -3644,6 +3742,163 @@ static void sss_atlas__put_on_polygon(sss_atlas__sheet *s, const sss_atlas__poly
     }
 }
 
+// ---- Sander's relaxation ----
+
+// Stretch of the triangles around a vertex, times area; both_ways: their symmetric Dirichlet energy.
+static double sss_atlas__ring_cost(const sss_atlas__sheet *s, uint32_t i, int both_ways)
+{
+    double sum = 0.0, J[2][2];
+    uint32_t q;
+    for (q = s->ring_begin[i]; q < s->ring_begin[i + 1]; q++)
+    {
+        const uint32_t k = s->ring[q] / 3;
+        if (s->area[k] > 0.0)
+        {
+            const double det = sss_atlas__jacobian(s, (const double (*)[2])s->p, k, J);
+            const double square = s->area[k] * sss_atlas__square((const double (*)[2])J);
+            sum += det > 0.0 ? square * ((both_ways ? 1.0 : 0.0) + 1.0 / (det * det)) : HUGE_VAL;
+        }
+    }
+    return sum;
+}
+
+// How far a vertex may go along a direction, both ways, until a triangle loses its area: orient is linear in its place.
+static void sss_atlas__free_way(const sss_atlas__sheet *s, uint32_t i, const double d[2], double out[2])
+{
+    uint32_t q;
+    out[0] = -1.0; // the chart's size is 1
+    out[1] = 1.0;
+    for (q = s->ring_begin[i]; q < s->ring_begin[i + 1]; q++)
+    {
+        const uint32_t k = s->ring[q] / 3, j = s->ring[q] % 3;
+        const double *a = s->p[s->triangle[3 * k + (j + 1) % 3]], *b = s->p[s->triangle[3 * k + (j + 2) % 3]];
+        const double orient = sss_atlas__orient(s->p[i], a, b);
+        const double change = (b[0] - a[0]) * d[1] - (b[1] - a[1]) * d[0]; // of orient, for a step of d
+        if (s->area[k] > 0.0 && change < 0.0)
+        {
+            out[1] = sss_atlas__min(out[1], -orient / change);
+        }
+        else if (s->area[k] > 0.0 && change > 0.0)
+        {
+            out[0] = sss_atlas__max(out[0], -orient / change);
+        }
+    }
+}
+
+// One vertex along one direction, to the least cost of its triangles: golden sections between 95 % of both ways.
+static void sss_atlas__relax_vertex(sss_atlas__sheet *s, uint32_t i, const double d[2], int both_ways)
+{
+    const double golden = 0.61803398874989485, from[2] = {s->p[i][0], s->p[i][1]};
+    const double before = sss_atlas__ring_cost(s, i, both_ways);
+    double way[2], at[2], value[2];
+    int section, side;
+    sss_atlas__free_way(s, i, d, way);
+    way[0] *= 0.95;
+    way[1] *= 0.95;
+    for (side = 0; side < 2; side++)
+    {
+        at[side] = side ? way[0] + golden * (way[1] - way[0]) : way[1] - golden * (way[1] - way[0]);
+        s->p[i][0] = from[0] + at[side] * d[0];
+        s->p[i][1] = from[1] + at[side] * d[1];
+        value[side] = sss_atlas__ring_cost(s, i, both_ways);
+    }
+    for (section = 0; section < SSS_ATLAS__SECTIONS; section++)
+    {
+        side = value[1] < value[0]; // the better one stays, as the other's successor
+        way[!side] = at[!side];
+        at[!side] = at[side];
+        value[!side] = value[side];
+        at[side] = side ? way[0] + golden * (way[1] - way[0]) : way[1] - golden * (way[1] - way[0]);
+        s->p[i][0] = from[0] + at[side] * d[0];
+        s->p[i][1] = from[1] + at[side] * d[1];
+        value[side] = sss_atlas__ring_cost(s, i, both_ways);
+    }
+    side = value[1] < value[0];
+    s->p[i][0] = from[0] + at[side] * d[0];
+    s->p[i][1] = from[1] + at[side] * d[1];
+    if (!(sss_atlas__ring_cost(s, i, both_ways) < before))
+    {
+        s->p[i][0] = from[0];
+        s->p[i][1] = from[1];
+    }
+}
+
+// Sander et al. 2001, section 3: interior vertices, those with the largest stretch first, along directions drawn at
+// random, here by the golden ratio from a vertex's number. Sorted by octaves of stretch: counting is enough.
+static void sss_atlas__relax(sss_atlas__sheet *s)
+{
+    uint32_t begin[65], i;
+    int sweep, octave;
+    for (sweep = 0; sweep < SSS_ATLAS__SWEEPS; sweep++)
+    {
+        memset(begin, 0, sizeof begin);
+        sss_atlas__total_stretch2(s, (const double (*)[2])s->p, s->sigma);
+        for (i = 0; i < s->n; i++)
+        {
+            frexp(sss_atlas__finite(s->sigma[i]) ? s->sigma[i] * s->sigma[i] : 1e300, &octave);
+            octave = octave > 31 ? 31 : octave < -32 ? -32 : octave;
+            s->sigma[i] = 31 - octave; // largest first
+            begin[1 + (int)s->sigma[i]]++;
+        }
+        for (octave = 0; octave < 64; octave++)
+        {
+            begin[octave + 1] += begin[octave];
+        }
+        for (i = 0; i < s->n; i++)
+        {
+            s->order[begin[(int)s->sigma[i]]++] = i;
+        }
+        for (i = 0; i < s->n; i++)
+        {
+            const uint32_t v = s->order[i];
+            const double turn = 0.61803398874989485 * ((double)v + 0.5) + 0.25 * sweep; // next sweep: at right angles
+            const double angle = 2.0 * SSS_ATLAS__PI * (turn - floor(turn)), d[2] = {cos(angle), sin(angle)};
+            if (!s->fixed[v])
+            {
+                sss_atlas__relax_vertex(s, v, d, 0);
+            }
+        }
+    }
+}
+
+// The vertices of squeezed triangles alone, by the same searches: a triangle seen from the side stops all others in a
+// descent, though it is opened easily. Where the boundary would cross itself the boundary stays.
+static void sss_atlas__loosen(sss_atlas__sheet *s)
+{
+    double J[2][2];
+    uint32_t k;
+    int with_boundary, sweep, j;
+    sss_atlas__copy_points(s->n, (const double (*)[2])s->p, s->v[8]);
+    for (with_boundary = 1; with_boundary >= 0; with_boundary--)
+    {
+        sss_atlas__fix(s, with_boundary ? 0 : s->edges);
+        for (sweep = 0; sweep < SSS_ATLAS__SWEEPS; sweep++)
+        {
+            const double turn = 0.61803398874989485 * (sweep + 1), angle = 2.0 * SSS_ATLAS__PI * turn;
+            const double d[2] = {cos(angle), sin(angle)}, across[2] = {-d[1], d[0]};
+            for (k = 0; k < s->m; k++)
+            {
+                const double det = sss_atlas__jacobian(s, (const double (*)[2])s->p, k, J);
+                const double square = sss_atlas__square((const double (*)[2])J);
+                for (j = 0; j < 3 && s->area[k] > 0.0 && square > SSS_ATLAS__SQUEEZED * det * det; j++)
+                {
+                    const uint32_t v = s->triangle[3 * (size_t)k + (size_t)j];
+                    if (!s->fixed[v])
+                    {
+                        sss_atlas__relax_vertex(s, v, d, 1);
+                        sss_atlas__relax_vertex(s, v, across, 1);
+                    }
+                }
+            }
+        }
+        if (sss_atlas__is_positive(s, 1) && sss_atlas__outline_meets(s) == 0 && sss_atlas__has_one_outline(s))
+        {
+            return;
+        }
+        sss_atlas__copy_points(s->n, (const double (*)[2])s->v[8], s->p);
+    }
+}
+
 // ---- descent ----
 
 // Symmetric Dirichlet energy (Smith and Schaefer 2015, "Bijective parameterization with free boundaries"): the stretch
@@ -3813,9 +4068,9 @@ static void sss_atlas__smooth_gradient(sss_atlas__sheet *s, const double (*g)[2]
     }
 }
 
-// Boundary edges that run into each other are held from now on, with them the whole of a hole's rim: else they would stop
-// all other vertices. A rim wound the wrong way round on the surface, about a fold that is no part of the chart, wants to
-// turn over for ever.
+// Boundary edges that run into each other are held from now on, with them the whole of a hole's rim: else they would
+// stop all other vertices. A rim wound the wrong way round on the surface, about a fold that is no part of the chart,
+// wants to turn over for ever.
 static void sss_atlas__hold(sss_atlas__sheet *s)
 {
     uint32_t first = s->outer, end, e;
@@ -3883,17 +4138,39 @@ static double sss_atlas__search_line(sss_atlas__sheet *s, const double (*d)[2], 
     return energy;
 }
 
+// Whether areas are kept well enough, and shapes at all.
+static int sss_atlas__is_even(const sss_atlas__sheet *s)
+{
+    double worst = 1.0, beyond = 0.0, energy = 0.0, J[2][2];
+    uint32_t k;
+    for (k = 0; k < s->m; k++)
+    {
+        if (s->area[k] > 0.0 && !s->thin[k])
+        {
+            const double det = sss_atlas__jacobian(s, (const double (*)[2])s->p, k, J);
+            const double off = sss_atlas__max(det, 1.0 / det);
+            worst = sss_atlas__max(worst, off);
+            beyond += off > SSS_ATLAS__OFF ? s->area[k] : 0.0;
+            energy += s->area[k] * sss_atlas__square((const double (*)[2])J) * (1.0 + 1.0 / (det * det));
+        }
+    }
+    return worst <= SSS_ATLAS__WORST && beyond <= SSS_ATLAS__SHARE_OFF && energy <= 4.0 * SSS_ATLAS__MOST_ENERGY;
+}
+
 // All vertices, those of the boundary too, down the energy, from a map without overlap to another one: conjugate
 // gradients (Polak and Ribiere) with the Laplacian as preconditioner, for the energy's second derivative is about
 // eight times that.
 static void sss_atlas__descend(sss_atlas__sheet *s)
 {
     sss_atlas__points g = s->v[0], last_g = s->v[1], z = s->v[2], d = s->v[3];
-    double energy = sss_atlas__energy(s, (const double (*)[2])s->p), step = 0.125, gz = 0.0, stiffest = HUGE_VAL;
+    double energy, step = 0.125, gz = 0.0, stiffest = HUGE_VAL;
     int round, slow = 0, held = 0;
+    sss_atlas__loosen(s);
     sss_atlas__fix(s, 0);
+    energy = sss_atlas__energy(s, (const double (*)[2])s->p);
     for (round = 0; round < SSS_ATLAS__DESCENTS && energy < HUGE_VAL
-                    && (energy > 4.0 * SSS_ATLAS__EVEN || stiffest > SSS_ATLAS__STIFF);
+                    && (energy > 4.0 * SSS_ATLAS__EVEN || stiffest > SSS_ATLAS__STIFF)
+                    && (round < SSS_ATLAS__ENOUGH || energy > 4.0 * SSS_ATLAS__GOOD || !sss_atlas__is_even(s));
          round++)
     {
         const int again = held || stiffest > SSS_ATLAS__STIFF; // another Laplacian: another start
@@ -3932,120 +4209,6 @@ static void sss_atlas__descend(sss_atlas__sheet *s)
     }
 }
 
-// ---- Sander's relaxation ----
-
-// Stretch of the triangles around a vertex, times area.
-static double sss_atlas__ring_stretch2(const sss_atlas__sheet *s, uint32_t i)
-{
-    double sum = 0.0;
-    uint32_t q;
-    for (q = s->ring_begin[i]; q < s->ring_begin[i + 1]; q++)
-    {
-        const uint32_t k = s->ring[q] / 3;
-        sum += s->area[k] > 0.0 ? s->area[k] * sss_atlas__stretch2(s, (const double (*)[2])s->p, k) : 0.0;
-    }
-    return sum;
-}
-
-// How far a vertex may go along a direction, both ways, until a triangle loses its area: orient is linear in its place.
-static void sss_atlas__free_way(const sss_atlas__sheet *s, uint32_t i, const double d[2], double out[2])
-{
-    uint32_t q;
-    out[0] = -1.0; // the chart's size is 1
-    out[1] = 1.0;
-    for (q = s->ring_begin[i]; q < s->ring_begin[i + 1]; q++)
-    {
-        const uint32_t k = s->ring[q] / 3, j = s->ring[q] % 3;
-        const double *a = s->p[s->triangle[3 * k + (j + 1) % 3]], *b = s->p[s->triangle[3 * k + (j + 2) % 3]];
-        const double orient = sss_atlas__orient(s->p[i], a, b);
-        const double change = (b[0] - a[0]) * d[1] - (b[1] - a[1]) * d[0]; // of orient, for a step of d
-        if (s->area[k] > 0.0 && change < 0.0)
-        {
-            out[1] = sss_atlas__min(out[1], -orient / change);
-        }
-        else if (s->area[k] > 0.0 && change > 0.0)
-        {
-            out[0] = sss_atlas__max(out[0], -orient / change);
-        }
-    }
-}
-
-// One vertex along one direction, to the least stretch of its triangles: golden sections between 95 % of both ways.
-static void sss_atlas__relax_vertex(sss_atlas__sheet *s, uint32_t i, const double d[2])
-{
-    const double golden = 0.61803398874989485, from[2] = {s->p[i][0], s->p[i][1]};
-    const double before = sss_atlas__ring_stretch2(s, i);
-    double way[2], at[2], value[2];
-    int section, side;
-    sss_atlas__free_way(s, i, d, way);
-    way[0] *= 0.95;
-    way[1] *= 0.95;
-    for (side = 0; side < 2; side++)
-    {
-        at[side] = side ? way[0] + golden * (way[1] - way[0]) : way[1] - golden * (way[1] - way[0]);
-        s->p[i][0] = from[0] + at[side] * d[0];
-        s->p[i][1] = from[1] + at[side] * d[1];
-        value[side] = sss_atlas__ring_stretch2(s, i);
-    }
-    for (section = 0; section < SSS_ATLAS__SECTIONS; section++)
-    {
-        side = value[1] < value[0]; // the better one stays, as the other's successor
-        way[!side] = at[!side];
-        at[!side] = at[side];
-        value[!side] = value[side];
-        at[side] = side ? way[0] + golden * (way[1] - way[0]) : way[1] - golden * (way[1] - way[0]);
-        s->p[i][0] = from[0] + at[side] * d[0];
-        s->p[i][1] = from[1] + at[side] * d[1];
-        value[side] = sss_atlas__ring_stretch2(s, i);
-    }
-    side = value[1] < value[0];
-    s->p[i][0] = from[0] + at[side] * d[0];
-    s->p[i][1] = from[1] + at[side] * d[1];
-    if (!(sss_atlas__ring_stretch2(s, i) < before))
-    {
-        s->p[i][0] = from[0];
-        s->p[i][1] = from[1];
-    }
-}
-
-// Sander et al. 2001, section 3: interior vertices, those with the largest stretch first, along directions drawn at
-// random, here by the golden ratio from a vertex's number. Sorted by octaves of stretch: counting is enough.
-static void sss_atlas__relax(sss_atlas__sheet *s)
-{
-    uint32_t begin[65], i;
-    int sweep, octave;
-    for (sweep = 0; sweep < SSS_ATLAS__SWEEPS; sweep++)
-    {
-        memset(begin, 0, sizeof begin);
-        sss_atlas__total_stretch2(s, (const double (*)[2])s->p, s->sigma);
-        for (i = 0; i < s->n; i++)
-        {
-            frexp(sss_atlas__finite(s->sigma[i]) ? s->sigma[i] * s->sigma[i] : 1e300, &octave);
-            octave = octave > 31 ? 31 : octave < -32 ? -32 : octave;
-            s->sigma[i] = 31 - octave; // largest first
-            begin[1 + (int)s->sigma[i]]++;
-        }
-        for (octave = 0; octave < 64; octave++)
-        {
-            begin[octave + 1] += begin[octave];
-        }
-        for (i = 0; i < s->n; i++)
-        {
-            s->order[begin[(int)s->sigma[i]]++] = i;
-        }
-        for (i = 0; i < s->n; i++)
-        {
-            const uint32_t v = s->order[i];
-            const double turn = 0.61803398874989485 * ((double)v + 0.5) + 0.25 * sweep; // next sweep: at right angles
-            const double angle = 2.0 * SSS_ATLAS__PI * (turn - floor(turn)), d[2] = {cos(angle), sin(angle)};
-            if (!s->fixed[v])
-            {
-                sss_atlas__relax_vertex(s, v, d);
-            }
-        }
-    }
-}
-
 // ---- the three methods ----
 
 static void sss_atlas__multiply(sss_atlas__sheet *s, double factor)
@@ -4074,29 +4237,10 @@ static void sss_atlas__make_area_one(sss_atlas__sheet *s)
     }
 }
 
-// Charts that are not good had better be divided, unless their number is limited, or they hardly count.
+// Convex charts that are not good had better be divided, unless their number is limited, or they hardly count.
 static int sss_atlas__may_divide(const sss_atlas__sheet *s)
 {
-    return s->b->options.max_charts == 0 && s->share_of_surface > SSS_ATLAS__SMALL_CHART;
-}
-
-// Whether areas are kept well enough, and shapes at all.
-static int sss_atlas__is_even(const sss_atlas__sheet *s)
-{
-    double worst = 1.0, beyond = 0.0, energy = 0.0, J[2][2];
-    uint32_t k;
-    for (k = 0; k < s->m; k++)
-    {
-        if (s->area[k] > 0.0 && !s->thin[k])
-        {
-            const double det = sss_atlas__jacobian(s, (const double (*)[2])s->p, k, J);
-            const double off = sss_atlas__max(det, 1.0 / det);
-            worst = sss_atlas__max(worst, off);
-            beyond += off > SSS_ATLAS__OFF ? s->area[k] : 0.0;
-            energy += s->area[k] * sss_atlas__square((const double (*)[2])J) * (1.0 + 1.0 / (det * det));
-        }
-    }
-    return worst <= SSS_ATLAS__WORST && beyond <= SSS_ATLAS__SHARE_OFF && energy <= 4.0 * SSS_ATLAS__MOST_ENERGY;
+    return s->b->options.max_charts == 0 && s->share_of_surface > SSS_ATLAS__SMALL_SHARE;
 }
 
 // A disk with holes, or without: Euler's characteristic is 2 less the loops. (Two parts with a handle would pass; they
@@ -4113,8 +4257,9 @@ static int sss_atlas__is_planar(const sss_atlas__sheet *s)
 // on a circle and holes filled, where a convex combination always is without overlap (Tutte 1963, Floater 1997).
 static int sss_atlas__start(sss_atlas__sheet *s)
 {
-    const int positive = sss_atlas__view(s, 1);
-    const int simple = sss_atlas__outline_meets(s) == 0 && sss_atlas__has_one_outline(s);
+    const int seen = sss_atlas__view(s, 1);
+    const int parted = sss_atlas__part(s), positive = seen && sss_atlas__is_positive(s, 1);
+    const int simple = parted && sss_atlas__outline_meets(s) == 0 && sss_atlas__has_one_outline(s);
     sss_atlas__fix(s, s->edges);
     if (simple && (positive || sss_atlas__even_out(s, SSS_ATLAS__START_ROUNDS)))
     {
@@ -4131,16 +4276,39 @@ static int sss_atlas__start(sss_atlas__sheet *s)
 
 static int sss_atlas__lay_area(sss_atlas__sheet *s)
 {
+    const double gap = s->gap;
     if (sss_atlas__start(s))
     {
         sss_atlas__make_area_one(s);
+        s->gap = sss_atlas__part(s) ? s->gap : 0.0; // what is near from the start must not stop all others
         sss_atlas__descend(s);
         sss_atlas__make_area_one(s);
-        return (sss_atlas__is_even(s) || !sss_atlas__may_divide(s)) && !sss_atlas__overlaps_itself(s, 0);
     }
-    sss_atlas__view(s, 0); // as it is: triangles without area may be lines
-    sss_atlas__make_area_one(s);
-    return (sss_atlas__is_even(s) || !sss_atlas__may_divide(s)) && !sss_atlas__overlaps_itself(s, 0);
+    else
+    {
+        sss_atlas__view(s, 0); // as it is: triangles without area may be lines
+        sss_atlas__make_area_one(s);
+    }
+    s->gap = gap;
+    return (sss_atlas__is_even(s) || s->b->options.max_charts > 0) && sss_atlas__is_sound(s);
+}
+
+// Whether the outer loop turns right nowhere, but for rounding. It is simple, and so goes round once.
+static int sss_atlas__is_convex(const sss_atlas__sheet *s)
+{
+    const double rounding = SSS_ATLAS__ROUNDING * sss_atlas__extent(s);
+    uint32_t e;
+    for (e = 0; e < s->outer; e++)
+    {
+        const double *a = s->p[s->outline[e]], *b = s->p[s->outline_end[e]];
+        const double *c = s->p[s->outline_end[e + 1 < s->outer ? e + 1 : 0]];
+        const double size = fabs(b[0] - a[0]) + fabs(b[1] - a[1]) + fabs(c[0] - a[0]) + fabs(c[1] - a[1]);
+        if (sss_atlas__orient(a, b, c) < -rounding * size)
+        {
+            return 0;
+        }
+    }
+    return 1;
 }
 
 static int sss_atlas__lay_convex(sss_atlas__sheet *s)
@@ -4164,7 +4332,8 @@ static int sss_atlas__lay_convex(sss_atlas__sheet *s)
     sss_atlas__relax(s);
     sss_atlas__make_area_one(s);
     stretch = sqrt(sss_atlas__total_stretch2(s, (const double (*)[2])s->p, NULL));
-    return (stretch <= SSS_ATLAS__MOST_STRETCH || !sss_atlas__may_divide(s)) && !sss_atlas__overlaps_itself(s, 0);
+    return (stretch <= SSS_ATLAS__MOST_STRETCH || !sss_atlas__may_divide(s)) && sss_atlas__is_sound(s)
+           && sss_atlas__is_convex(s);
 }
 
 // A chart without area: on a line, along the box's longest side.
@@ -4224,6 +4393,7 @@ static void sss_atlas__open_sheet(const sss_atlas__flat *f, size_t c, sss_atlas_
     s->m = chart->triangle_count;
     s->edges = b->loops[chart->first_loop + chart->loop_count] - b->loops[chart->first_loop];
     s->scale = 1.0;
+    s->gap = SSS_ATLAS__GAP / SSS_ATLAS__UNITS * sqrt(f->surface / SSS_ATLAS__LEAST_SHARE);
     s->share_of_surface = f->surface > 0.0 ? chart->area / f->surface : 0.0;
     s->triangle = f->triangle + 3 * t;
     s->inverse = f->inverse + t;
@@ -4233,6 +4403,7 @@ static void sss_atlas__open_sheet(const sss_atlas__flat *f, size_t c, sss_atlas_
     s->fixed = f->fixed + v;
     s->outline = f->outline + e;
     s->outline_end = f->outline_end + e;
+    s->apex = f->apex + e;
     s->cell = f->cell + e;
     s->entry = f->entry + 2 * SSS_ATLAS__CELLS * e;
     s->order = f->order + 2 * v + t;
@@ -4286,6 +4457,7 @@ static void sss_atlas__number_sheet(sss_atlas__sheet *s)
             {
                 const uint32_t edge = b->loop_edges[e];
                 s->outline[count] = b->corner[edge] - first;
+                s->apex[count] = b->corner[edge / 3 * 3 + (edge + 2) % 3] - first;
                 s->outline_end[count++] = b->corner[edge / 3 * 3 + (edge + 1) % 3] - first;
             }
         }
@@ -4311,8 +4483,9 @@ static int sss_atlas__lay_sheet(sss_atlas__sheet *s)
     {
         return 0;
     }
+    s->gap *= s->scale;
     flat = s->b->options.method == SSS_ATLAS_ORTHOGRAPHIC && sss_atlas__view(s, 0)
-           && !sss_atlas__overlaps_itself(s, 0);
+           && sss_atlas__is_sound(s);
     if (!flat) // also charts that fold, seen from above
     {
         sss_atlas__make_rings(s);
@@ -4384,6 +4557,7 @@ static void sss_atlas__drop_flat(sss_atlas__flat *f)
     sss_atlas__drop(m, f->fixed);
     sss_atlas__drop(m, f->outline);
     sss_atlas__drop(m, f->outline_end);
+    sss_atlas__drop(m, f->apex);
     sss_atlas__drop(m, f->cell);
     sss_atlas__drop(m, f->entry);
     sss_atlas__drop(m, f->order);
@@ -4422,6 +4596,7 @@ static sss_result sss_atlas__lay_flat(sss_atlas__build *b)
     f.fixed = (unsigned char *)sss_atlas__take(m, A, 1);
     f.outline = (uint32_t *)sss_atlas__take(m, E, sizeof *f.outline);
     f.outline_end = (uint32_t *)sss_atlas__take(m, E, sizeof *f.outline_end);
+    f.apex = (uint32_t *)sss_atlas__take(m, E, sizeof *f.apex);
     f.cell = (uint32_t *)sss_atlas__take(m, E, sizeof *f.cell);
     f.entry = (uint32_t *)sss_atlas__take(m, 2 * SSS_ATLAS__CELLS * E, sizeof *f.entry);
     f.order = (uint32_t *)sss_atlas__take(m, T + 2 * A, sizeof *f.order);
@@ -4596,10 +4771,14 @@ static void sss_atlas__minimal_box(const double (*points)[2], size_t count, sss_
 #define SSS_ATLAS__SLACK 12
 
 // Contact of a chart with what is around it is judged from so many cells, spread over a ring so wide.
-#define SSS_ATLAS__SAMPLES 96
+#define SSS_ATLAS__SAMPLES 192
 #define SSS_ATLAS__RING 8
 
-#define SSS_ATLAS__ROOMY_RUNS 24  // of a mask are compared with the longest free run of a row first
+#define SSS_ATLAS__ROOMY_RUNS 16  // of a mask are compared with the longest free run of a row first
+#define SSS_ATLAS__SQUARES 4      // in a mask, the largest, are compared with what is free first
+#define SSS_ATLAS__SQUARE_LEVELS 7 // up to 64 cells on a side
+#define SSS_ATLAS__HIGH 32         // cells: for higher charts every other row is searched
+#define SSS_ATLAS__SETTLES 8       // moves by a cell in the end
 #define SSS_ATLAS__MOST_CELLS 4096 // on a side of the grid on which charts are placed
 
 // Cells in a row: [x, end). Written as where reads of the table of power `level` begin, see sss_atlas__occupancy.
@@ -4616,6 +4795,8 @@ typedef struct sss_atlas__mask
                                    // shows early
     uint32_t wide_first, wide_count; // runs of what is taken from others, row by row: gap cells more on all sides
     uint32_t first_sample, sample_count; // of the ring around
+    sss_atlas__span squares[SSS_ATLAS__SQUARES]; // inside, of 2^level cells on a side
+    uint32_t square_count;
     double origin[2];              // of the mask, cells from the chart's center
     double cells;                  // that are covered
 } sss_atlas__mask;
@@ -4642,6 +4823,8 @@ typedef struct sss_atlas__occupancy
     int32_t levels;
     size_t words;                  // in a row, one more than needed
     uint64_t *bits;                // [levels][size][words]
+    uint64_t *squares;             // [SQUARE_LEVELS][size][words] the same for squares of 2^j cells to the right, upwards
+    int32_t *spacious;             // [size] the largest j with a free square in a row; -1: full
     int32_t *skyline;              // [words] the row above which a column of words is free, but for the frame
     int32_t *roomy;                // [size] the largest j with a free run of 2^j cells in a row; -1: full
 } sss_atlas__occupancy;
@@ -4661,16 +4844,19 @@ typedef struct sss_atlas__packer
     sss_atlas__mask *masks;        // [count][turns]
     sss_atlas__span *runs;          // of all masks drawn
     size_t run_count, run_room, longest;
-    int32_t (*samples)[2];         // of all masks, cells from the corner of the mask
+    int32_t *samples;              // of all masks, bits from the corner of the mask
     size_t sample_count, sample_room;
     double *needed;                // [count] least share of the texture of each chart
     double need[3];                // their sum: what stays, grows with the scale, grows with its square
+    double missing;                // share of those that did not fit
+    uint64_t seed;
     double placed;                 // share of the texture that was placed before the first chart that did not fit
+    double lean;                   // how much a chart's height counts beside its place
     int32_t window;                // rows above the lowest place that are searched for a better one
     uint64_t *canvas, *toggle;     // room to draw one mask
     size_t canvas_room;
     sss_atlas__occupancy occupancy;
-    size_t occupancy_room, row_room;
+    size_t occupancy_room, square_room, row_room;
     uint64_t *blocked;             // [3][words] scratch
     int32_t *tops;                 // [words] scratch: the skyline under a mask
     sss_atlas__item *items, *items_scratch;
@@ -4944,7 +5130,7 @@ static int sss_atlas__reserve_samples(sss_atlas__packer *p)
     if (p->sample_count + SSS_ATLAS__SAMPLES > p->sample_room)
     {
         const size_t room = p->sample_room * 2 + 64 * SSS_ATLAS__SAMPLES;
-        int32_t (*more)[2] = (int32_t (*)[2])sss_atlas__take(&p->b->memory, room, sizeof *more);
+        int32_t *more = (int32_t *)sss_atlas__take(&p->b->memory, room, sizeof *more);
         if (more == NULL)
         {
             return 0;
@@ -4990,9 +5176,9 @@ static int sss_atlas__sample_ring(sss_atlas__packer *p, sss_atlas__mask *m, size
                 {
                     if (pass == 1 && seen == next)
                     {
-                        int32_t *sample = p->samples[p->sample_count++];
-                        sample[0] = (int32_t)(word * 64) + sss_atlas__lowest_bit(bits) - SSS_ATLAS__RING;
-                        sample[1] = (int32_t)row - SSS_ATLAS__RING;
+                        const int32_t x = (int32_t)(word * 64) + sss_atlas__lowest_bit(bits) - SSS_ATLAS__RING;
+                        const int32_t y = (int32_t)row - SSS_ATLAS__RING;
+                        p->samples[p->sample_count++] = y * (int32_t)(p->occupancy.words * 64) + x;
                         next += stride;
                     }
                 }
@@ -5010,6 +5196,68 @@ static void sss_atlas__turn(const sss_atlas__packer *p, size_t chart, int32_t tu
     const double *axis = p->outlines[chart].axis, *t = p->turn_axis[turn];
     out[0] = p->scale * (axis[0] * t[0] + axis[1] * t[1]); // first against the box's own direction
     out[1] = p->scale * (axis[0] * t[1] - axis[1] * t[0]);
+}
+
+// The largest squares of 2^level cells in the mask that lies in the canvas: first, last, and in between.
+static void sss_atlas__find_squares(sss_atlas__packer *p, sss_atlas__mask *m, size_t words, size_t rows)
+{
+    uint64_t *at = p->toggle;
+    size_t row, word, seen = 0, count = 0, left = rows;
+    int32_t level = 0;
+    memcpy(at, p->canvas, words * rows * sizeof *at);
+    for (; level + 1 < SSS_ATLAS__SQUARE_LEVELS; level++) // corners of squares twice as large
+    {
+        const size_t by = (size_t)1 << level;
+        uint64_t any = 0;
+        for (row = 0; row + by < left; row++)
+        {
+            for (word = 0; word < words; word++)
+            {
+                const uint64_t *a = at + row * words + word, *b = a + by * words;
+                const uint64_t next = word + 1 < words ? a[1] & b[1] : 0, both = a[0] & b[0];
+                any |= both & ((both >> by) | (next << (64 - by)));
+            }
+        }
+        if (any == 0)
+        {
+            break;
+        }
+        left -= by;
+        for (row = 0; row < left; row++)
+        {
+            for (word = 0; word < words; word++)
+            {
+                uint64_t *a = at + row * words + word, *b = a + by * words;
+                const uint64_t next = word + 1 < words ? a[1] & b[1] : 0, both = a[0] & b[0];
+                a[0] = both & ((both >> by) | (next << (64 - by)));
+            }
+        }
+    }
+    for (count = 0, word = 0; word < words * left; word++)
+    {
+        count += at[word] != 0;
+    }
+    m->square_count = 0;
+    for (row = 0; row < left; row++)
+    {
+        for (word = 0; word < words; word++)
+        {
+            const uint64_t bits = at[row * words + word];
+            if (bits != 0)
+            {
+                const size_t turn = m->square_count; // words 0, 1/3, 2/3 and 1 of the way
+                if (turn < SSS_ATLAS__SQUARES && seen >= turn * (count - 1) / (SSS_ATLAS__SQUARES - 1))
+                {
+                    sss_atlas__span *square = &m->squares[m->square_count++];
+                    square->x = (int32_t)(word * 64) + sss_atlas__lowest_bit(bits);
+                    square->y = (int32_t)row;
+                    square->level = level;
+                    square->end = square->x + ((int32_t)1 << level);
+                }
+                seen++;
+            }
+        }
+    }
 }
 
 // Size and origin of a chart's mask. 0: larger than the texture.
@@ -5070,6 +5318,7 @@ static int sss_atlas__draw_mask(sss_atlas__packer *p, size_t chart, int32_t turn
         sss_atlas__draw_edge(p, words, m->size, ends[0], ends[1]);
     }
     sss_atlas__fill_canvas(p, words, rows);
+    sss_atlas__find_squares(p, m, words, rows);
     m->first = (uint32_t)p->run_count;
     m->cells = sss_atlas__count_cells(p->canvas, words * rows);
     i = sss_atlas__canvas_to_runs(p, words, rows, 2 * (size_t)p->gap); // no other chart comes in between: they are one
@@ -5122,32 +5371,74 @@ static void sss_atlas__update_row(sss_atlas__packer *p, int32_t y, int32_t begin
     p->work += (double)(o->levels * 16) + (double)o->words * o->levels;
 }
 
-// Everything free again, with room for the masks that have been drawn. 0: no memory.
+// The squares' tables, after cells of rows y0 .. y1 - 1 and columns x0 .. x1 - 1 have changed.
+static void sss_atlas__update_squares(sss_atlas__packer *p, int32_t y0, int32_t y1, int32_t x0, int32_t x1)
+{
+    sss_atlas__occupancy *o = &p->occupancy;
+    const size_t table = (size_t)o->size * o->words, last = (size_t)(x1 - 1) / 64;
+    int32_t level, y;
+    size_t i;
+    memcpy(o->squares + (size_t)y0 * o->words, o->bits + (size_t)y0 * o->words,
+           (size_t)(y1 - y0) * o->words * sizeof *o->bits);
+    for (level = 0; level < SSS_ATLAS__SQUARE_LEVELS; level++)
+    {
+        const int32_t by = level > 0 ? (int32_t)1 << (level - 1) : 0, reach = level > 0 ? 2 * by - 1 : 0;
+        const size_t first = x0 > reach ? (size_t)(x0 - reach) / 64 : 0;
+        for (y = y0 > reach ? y0 - reach : 0; y < y1; y++)
+        {
+            uint64_t *to = o->squares + (size_t)level * table + (size_t)y * o->words, full = ~UINT64_C(0);
+            const uint64_t *a = to - table, *b = y + by < o->size ? a + (size_t)by * o->words : a;
+            for (i = first; level > 0 && i <= last; i++)
+            {
+                const uint64_t next = i + 1 < o->words ? a[i + 1] | b[i + 1] : ~UINT64_C(0), both = a[i] | b[i];
+                to[i] = both | (both >> by) | (next << (64 - by));
+            }
+            for (i = 0; i < o->words; i++)
+            {
+                full &= to[i];
+            }
+            if (full != ~UINT64_C(0))
+            {
+                o->spacious[y] = level;
+            }
+            else if (o->spacious[y] >= level)
+            {
+                o->spacious[y] = level - 1;
+            }
+        }
+    }
+    p->work += (double)(SSS_ATLAS__SQUARE_LEVELS * (y1 - y0 + 64)) * (double)(last - (size_t)x0 / 64 + o->words / 4 + 1);
+}
+
+// Everything free again, with room for the masks that have been drawn; tables are stale. 0: no memory.
 static int sss_atlas__clear_occupancy(sss_atlas__packer *p)
 {
     sss_atlas__occupancy *o = &p->occupancy;
     int32_t frame;
     size_t room, y;
-    o->offset = p->gap + SSS_ATLAS__RING;
-    o->size = p->size + 2 * o->offset;
     frame = o->offset + p->margin;
-    o->words = (size_t)o->size / 64 + 2;
     o->levels = sss_atlas__floor_log2((uint32_t)(p->longest > 0 ? p->longest : 1)) + 1;
     room = (size_t)o->levels * (size_t)o->size * o->words;
-    if (room > p->occupancy_room)
+    if (room > p->occupancy_room || room / (size_t)o->levels > p->square_room)
     {
         sss_atlas__drop(&p->b->memory, o->bits);
         p->occupancy_room = room;
         o->bits = (uint64_t *)sss_atlas__take(&p->b->memory, room, sizeof *o->bits);
+        sss_atlas__drop(&p->b->memory, o->squares);
+        o->squares = (uint64_t *)sss_atlas__take(&p->b->memory, room / (size_t)o->levels * SSS_ATLAS__SQUARE_LEVELS,
+                                                 sizeof *o->squares);
+        p->square_room = room / (size_t)o->levels;
     }
     if ((size_t)o->size > p->row_room)
     {
         sss_atlas__drop(&p->b->memory, o->roomy);
         sss_atlas__drop(&p->b->memory, o->skyline);
+        sss_atlas__drop(&p->b->memory, o->spacious);
         sss_atlas__drop(&p->b->memory, p->tops);
         sss_atlas__drop(&p->b->memory, p->blocked);
         p->row_room = (size_t)o->size;
         o->roomy = (int32_t *)sss_atlas__take(&p->b->memory, p->row_room, sizeof *o->roomy);
+        o->spacious = (int32_t *)sss_atlas__take(&p->b->memory, p->row_room, sizeof *o->spacious);
         o->skyline = (int32_t *)sss_atlas__take(&p->b->memory, o->words, sizeof *o->skyline);
         p->tops = (int32_t *)sss_atlas__take(&p->b->memory, o->words, sizeof *p->tops);
         p->blocked = (uint64_t *)sss_atlas__take(&p->b->memory, 3 * (p->row_room / 64 + 2), sizeof *p->blocked);
@@ -5156,20 +5447,30 @@ static int sss_atlas__clear_occupancy(sss_atlas__packer *p)
     {
         return 0;
     }
-    memset(o->bits, 0, room * sizeof *o->bits);
+    memset(o->bits, 0, (size_t)o->size * o->words * sizeof *o->bits);
     memset(o->skyline, 0, o->words * sizeof *o->skyline);
     for (y = 0; y < (size_t)o->size; y++)
     {
         const int inside = (int32_t)y >= frame && (int32_t)y < o->size - frame;
         sss_atlas__set_bits(o->bits + y * o->words, 0, inside ? (size_t)frame : o->words * 64);
         sss_atlas__set_bits(o->bits + y * o->words, (size_t)(o->size - frame), o->words * 64);
-        sss_atlas__update_row(p, (int32_t)y, 0, (int32_t)(o->words * 64));
     }
     return 1;
 }
 
-// Takes the cells of a mask at a place, and those around.
-static void sss_atlas__stamp(sss_atlas__packer *p, const sss_atlas__mask *m, int32_t x, int32_t y)
+// The tables of all rows.
+static void sss_atlas__update_all(sss_atlas__packer *p)
+{
+    int32_t y;
+    for (y = 0; y < p->occupancy.size; y++)
+    {
+        sss_atlas__update_row(p, y, 0, (int32_t)(p->occupancy.words * 64));
+    }
+    sss_atlas__update_squares(p, 0, p->occupancy.size, 0, (int32_t)(p->occupancy.words * 64));
+}
+
+// Takes the cells of a mask at a place, and those around.   update  also the tables of its rows
+static void sss_atlas__stamp(sss_atlas__packer *p, const sss_atlas__mask *m, int32_t x, int32_t y, int update)
 {
     sss_atlas__occupancy *o = &p->occupancy;
     uint32_t i = 0;
@@ -5191,8 +5492,39 @@ static void sss_atlas__stamp(sss_atlas__packer *p, const sss_atlas__mask *m, int
         {
             o->skyline[word] = o->skyline[word] > y + row + 1 ? o->skyline[word] : y + row + 1;
         }
-        sss_atlas__update_row(p, y + row, x + begin, x + end);
+        if (update)
+        {
+            sss_atlas__update_row(p, y + row, x + begin, x + end);
+        }
     }
+    if (update)
+    {
+        sss_atlas__update_squares(p, y, y + m->size[1] + 2 * p->gap, x, x + m->size[0] + 2 * p->gap);
+    }
+}
+
+// Blocks places where a run of a mask, or a square of it, meets what is taken: reads of one or two tables of 2^level
+// cells decide for 64 places at a time.
+//   a, b  where the reads begin;   open  words in which there are places still.   Returns how many are left
+static size_t sss_atlas__block_places(const uint64_t *row, size_t a, size_t b, uint64_t *blocked, uint32_t *open,
+                               size_t count)
+{
+    const uint64_t *left = row + a / 64, *right = row + b / 64;
+    const size_t s = a % 64, t = b % 64;
+    size_t i, still = 0;
+    for (i = 0; i < count; i++)
+    {
+        const uint32_t word = open[i];
+        uint64_t x = blocked[word] | (left[word] >> s) | ((left[word + 1] << 1) << (63 - s));
+        if (a != b)
+        {
+            x |= (right[word] >> t) | ((right[word + 1] << 1) << (63 - t));
+        }
+        blocked[word] = x;
+        open[still] = word;
+        still += x != ~UINT64_C(0);
+    }
+    return still;
 }
 
 // Where between x0 and x1 a mask fits in row y: a bit for each place where it does not. 0: nowhere.
@@ -5202,7 +5534,7 @@ static int sss_atlas__find_in_row(sss_atlas__packer *p, const sss_atlas__mask *m
     const sss_atlas__occupancy *o = &p->occupancy;
     const size_t words = (size_t)(x1 - x0) / 64 + 1, spare = (size_t)(x1 - x0 + 1) % 64, table = (size_t)o->size;
     const sss_atlas__span *run = p->runs + m->first, *end = run + m->count;
-    uint32_t open[SSS_ATLAS__MOST_CELLS / 64 + 1]; // words in which there are places still
+    uint32_t open[SSS_ATLAS__MOST_CELLS / 64 + 1];
     size_t i, count = 0, clear;
     for (i = 0; i < words; i++)
     {
@@ -5214,22 +5546,20 @@ static int sss_atlas__find_in_row(sss_atlas__packer *p, const sss_atlas__mask *m
     blocked[words - 1] = spare != 0 ? ~UINT64_C(0) << spare : 0;
     x0 += o->offset;
     y += o->offset;
+    for (i = 0; i < m->square_count && count > 0; i++)
+    {
+        const sss_atlas__span *square = &m->squares[i];
+        const size_t at = (size_t)(x0 + square->x);
+        p->work += 0.5 * (double)count + 2.0;
+        count = sss_atlas__block_places(o->squares + ((size_t)square->level * table + (size_t)(y + square->y)) * o->words, at,
+                                 at, blocked, open, count);
+    }
     for (; run < end && count > 0; run++)
     {
         const uint64_t *row = o->bits + ((size_t)run->level * table + (size_t)(y + run->y)) * o->words;
-        const size_t at = (size_t)(x0 + run->x), to = (size_t)(x0 + run->end - ((int32_t)1 << run->level));
-        const uint64_t *a = row + at / 64, *b = row + to / 64;
-        const size_t s = at % 64, t = to % 64, before = count;
-        for (i = count = 0; i < before; i++)
-        {
-            const uint32_t word = open[i];
-            const uint64_t left = (a[word] >> s) | ((a[word + 1] << 1) << (63 - s));
-            const uint64_t right = (b[word] >> t) | ((b[word + 1] << 1) << (63 - t));
-            blocked[word] |= left | right;
-            open[count] = word;
-            count += blocked[word] != ~UINT64_C(0);
-        }
-        p->work += (double)before + 3.0;
+        p->work += (double)count + 2.0;
+        count = sss_atlas__block_places(row, (size_t)(x0 + run->x), (size_t)(x0 + run->end - ((int32_t)1 << run->level)),
+                                 blocked, open, count);
     }
     return count + clear > 0;
 }
@@ -5250,15 +5580,23 @@ static void sss_atlas__find_tops(sss_atlas__packer *p, const sss_atlas__mask *m,
     }
 }
 
-// Whether rows from y on have free runs as long as some of the mask's are: else it fits nowhere there.
+// Whether rows from y on have free squares and runs as large as the mask's: else it fits nowhere there.
 static int sss_atlas__is_roomy(const sss_atlas__packer *p, const sss_atlas__mask *m, int32_t y)
 {
-    const int32_t *roomy = p->occupancy.roomy + y + p->occupancy.offset;
-    const sss_atlas__span *run = p->runs + m->first;
-    const sss_atlas__span *end = run + (m->count < SSS_ATLAS__ROOMY_RUNS ? m->count : SSS_ATLAS__ROOMY_RUNS);
-    for (; run < end; run++)
+    const sss_atlas__occupancy *o = &p->occupancy;
+    uint32_t i;
+    y += o->offset;
+    for (i = 0; i < m->square_count; i++)
     {
-        if (roomy[run->y] < run->level)
+        if (o->spacious[y + m->squares[i].y] < m->squares[i].level)
+        {
+            return 0;
+        }
+    }
+    for (i = 0; i < m->count && i < SSS_ATLAS__ROOMY_RUNS; i++)
+    {
+        const sss_atlas__span *run = &p->runs[m->first + i];
+        if (o->roomy[y + run->y] < run->level)
         {
             return 0;
         }
@@ -5270,16 +5608,15 @@ static int sss_atlas__is_roomy(const sss_atlas__packer *p, const sss_atlas__mask
 static uint32_t sss_atlas__contact(const sss_atlas__packer *p, const sss_atlas__mask *m, int32_t x, int32_t y)
 {
     const sss_atlas__occupancy *o = &p->occupancy;
-    const int32_t (*sample)[2] = (const int32_t (*)[2])p->samples + m->first_sample;
-    uint32_t i, sum = 0;
-    x += o->offset;
-    y += o->offset;
-    for (i = 0; i < m->sample_count; i++)
+    const int32_t corner = (y + o->offset) * (int32_t)(o->words * 64) + x + o->offset;
+    const int32_t *sample = p->samples + m->first_sample, *end = sample + m->sample_count;
+    uint64_t sum = 0;
+    for (; sample < end; sample++)
     {
-        const size_t column = (size_t)(x + sample[i][0]);
-        sum += (uint32_t)(o->bits[(size_t)(y + sample[i][1]) * o->words + column / 64] >> (column % 64)) & 1u;
+        const uint32_t bit = (uint32_t)(corner + *sample);
+        sum += (o->bits[bit / 64] >> (bit % 64)) & 1u;
     }
-    return sum;
+    return (uint32_t)sum;
 }
 
 // ---- packing: all charts ----
@@ -5299,6 +5636,9 @@ static void sss_atlas__set_grid(sss_atlas__packer *p, size_t size, int32_t step,
     p->scale = texels_per_mm / step;
     p->slack = (SSS_ATLAS__SLACK * (double)size / SSS_ATLAS__UNITS + 1e-9 * (double)size) / step;
     p->run_count = p->sample_count = p->longest = 0;
+    p->occupancy.offset = p->gap + SSS_ATLAS__RING;
+    p->occupancy.size = p->size + 2 * p->occupancy.offset;
+    p->occupancy.words = (size_t)p->occupancy.size / 64 + 2;
     p->window = (int32_t)(SSS_ATLAS__WINDOW * p->size * sqrt(64.0 / (64.0 + (double)p->count)));
     p->window = p->window > 4 ? p->window : 4;
 }
@@ -5379,7 +5719,7 @@ static int sss_atlas__try_row(sss_atlas__packer *p, const sss_atlas__mask *m, si
                               const uint64_t *const rows[3], double *best, int32_t *best_x)
 {
     const uint64_t *at = rows[1];
-    const double pull = y + 0.5 * m->size[1], per_sample = (double)p->size / (double)m->sample_count;
+    const double pull = y + p->lean * m->size[1], per_sample = (double)p->size / (double)m->sample_count;
     size_t i;
     int found = 0;
     for (i = 0; i < words; i++)
@@ -5407,6 +5747,7 @@ static int sss_atlas__try_row(sss_atlas__packer *p, const sss_atlas__mask *m, si
 static int sss_atlas__place_mask(sss_atlas__packer *p, const sss_atlas__mask *m, double *best, int32_t out[2])
 {
     const int32_t x0 = p->margin, x1 = p->size - p->margin - m->size[0], last = p->size - p->margin - m->size[1];
+    const int32_t skip = m->size[1] > SSS_ATLAS__HIGH ? 2 : 1; // every other row does for high charts: they settle later
     const size_t words = x1 >= x0 ? (size_t)(x1 - x0) / 64 + 1 : 0;
     uint64_t *rows[3];
     int32_t y, first = -1;
@@ -5421,14 +5762,14 @@ static int sss_atlas__place_mask(sss_atlas__packer *p, const sss_atlas__mask *m,
         rows[k] = p->blocked + (size_t)k * (p->row_room / 64 + 2);
         memset(rows[k], 0xff, words * sizeof *rows[k]);
     }
-    for (y = p->margin; y <= last + 1 && (first < 0 || y <= first + p->window + 1); y++)
+    for (y = p->margin; y <= last + skip && (first < 0 || y <= first + p->window + skip); y += first < 0 ? 1 : skip)
     {
         uint64_t *oldest = rows[0];
         const uint64_t *three[3];
         rows[0] = rows[1];
         rows[1] = rows[2];
         rows[2] = oldest;
-        p->work += 0.5;
+        p->work += 1.0;
         if (y > last || !sss_atlas__is_roomy(p, m, y))
         {
             memset(oldest, 0xff, words * sizeof *oldest);
@@ -5440,21 +5781,50 @@ static int sss_atlas__place_mask(sss_atlas__packer *p, const sss_atlas__mask *m,
         three[0] = rows[0];
         three[1] = rows[1];
         three[2] = rows[2];
-        if (first >= 0 && y > first && sss_atlas__try_row(p, m, words, y - 1, three, best, &out[0]))
+        if (first >= 0 && y > first && sss_atlas__try_row(p, m, words, y - skip, three, best, &out[0]))
         {
-            out[1] = y - 1;
+            out[1] = y - skip;
             found = 1;
         }
     }
     return found;
 }
 
-// The best place for a chart in any rotation.
+// Moves a mask to neighbouring places as long as contact grows.
+static void sss_atlas__settle(sss_atlas__packer *p, const sss_atlas__mask *m, sss_atlas__place *place)
+{
+    const double per_sample = (double)p->size / (double)m->sample_count;
+    double best = per_sample * sss_atlas__contact(p, m, place->x, place->y) - place->y;
+    int move, side, moved = 1;
+    p->tops[0] = p->occupancy.size;
+    for (move = 0; move < SSS_ATLAS__SETTLES && moved; move++)
+    {
+        moved = 0;
+        for (side = 0; side < 4 && !moved; side++)
+        {
+            const int32_t x = place->x + (side == 1 ? -1 : side == 2), y = place->y + (side == 0 ? -1 : side == 3);
+            if (x >= p->margin && y >= p->margin && x <= p->size - p->margin - m->size[0] &&
+                y <= p->size - p->margin - m->size[1] && sss_atlas__find_in_row(p, m, x, x, y, p->blocked))
+            {
+                const double score = per_sample * sss_atlas__contact(p, m, x, y) - y;
+                if (score > best)
+                {
+                    best = score;
+                    place->x = x;
+                    place->y = y;
+                    moved = 1;
+                }
+            }
+        }
+    }
+}
+
+// Finds the best place for a chart in any rotation and takes it. turn is -1 where there is none.
 static int sss_atlas__place_chart(sss_atlas__packer *p, size_t chart, sss_atlas__place *place)
 {
     double best = -1e300;
     int32_t turn, at[2];
-    int found = 0;
+    place->turn = -1;
     for (turn = 0; turn < p->turns; turn++)
     {
         if (sss_atlas__place_mask(p, sss_atlas__mask_of(p, chart, turn), &best, at))
@@ -5462,32 +5832,88 @@ static int sss_atlas__place_chart(sss_atlas__packer *p, size_t chart, sss_atlas_
             place->x = at[0];
             place->y = at[1];
             place->turn = turn;
-            found = 1;
         }
     }
-    return found;
+    if (place->turn >= 0)
+    {
+        sss_atlas__settle(p, sss_atlas__mask_of(p, chart, place->turn), place);
+        sss_atlas__stamp(p, sss_atlas__mask_of(p, chart, place->turn), place->x, place->y, 1);
+    }
+    return place->turn >= 0;
 }
 
-// Places charts in order. 1: all are placed, 0: no, -1: no memory.
-static int sss_atlas__pack_in_order(sss_atlas__packer *p, const uint32_t *order, sss_atlas__place *places)
+// Places charts in order.   all  goes on after the first that does not fit
+// p->placed is the share before it. 1: all are placed, 0: no, -1: no memory.
+static int sss_atlas__pack_in_order(sss_atlas__packer *p, const uint32_t *order, int all, sss_atlas__place *places)
 {
     size_t i;
+    int fits = 1;
     if (!sss_atlas__clear_occupancy(p))
     {
         return -1;
     }
-    p->placed = 0.0;
+    sss_atlas__update_all(p);
+    p->placed = p->missing = 0.0;
+    for (i = 0; i < p->count && (fits || all); i++)
+    {
+        fits = sss_atlas__place_chart(p, order[i], &places[order[i]]) && fits;
+        p->placed += fits ? p->needed[order[i]] : 0.0;
+        p->missing += places[order[i]].turn < 0 ? p->needed[order[i]] : 0.0;
+    }
+    return fits;
+}
+
+// Uniform in [0, 1): always the same sequence.
+static double sss_atlas__random(sss_atlas__packer *p)
+{
+    p->seed = p->seed * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+    return (double)(p->seed >> 11) / 9007199254740992.0;
+}
+
+// Clears a part of the texture, and places what was there anew together with what is missing, the largest first more
+// or less. Returns whether less is missing afterwards, or no more.   places  changed in any case
+static int sss_atlas__shake(sss_atlas__packer *p, sss_atlas__place *places)
+{
+    const double before = p->missing;
+    double largest = 0.0, middle[2], reach;
+    size_t i, n = 0;
     for (i = 0; i < p->count; i++)
     {
-        sss_atlas__place *place = &places[order[i]];
-        if (!sss_atlas__place_chart(p, order[i], place))
+        if (places[i].turn < 0)
         {
-            return 0;
+            const sss_atlas__mask *m = sss_atlas__mask_of(p, i, 0);
+            largest = sss_atlas__max(largest, m->size[0] > m->size[1] ? m->size[0] : m->size[1]);
         }
-        p->placed += p->needed[order[i]];
-        sss_atlas__stamp(p, sss_atlas__mask_of(p, order[i], place->turn), place->x, place->y);
     }
-    return 1;
+    reach = largest * (0.3 + 0.5 * sss_atlas__random(p));
+    middle[0] = p->size * sss_atlas__random(p);
+    middle[1] = p->size * sss_atlas__random(p);
+    sss_atlas__clear_occupancy(p); // there is room: it was cleared before
+    for (i = 0; i < p->count; i++)
+    {
+        const sss_atlas__mask *m = sss_atlas__mask_of(p, i, places[i].turn < 0 ? 0 : places[i].turn);
+        const int near = places[i].x < middle[0] + reach && places[i].x + m->size[0] > middle[0] - reach &&
+                         places[i].y < middle[1] + reach && places[i].y + m->size[1] > middle[1] - reach;
+        if (near || places[i].turn < 0)
+        {
+            p->items[n].key = -p->needed[i] * (0.5 + sss_atlas__random(p));
+            p->items[n].second = 0.0;
+            p->items[n++].id = (uint32_t)i;
+        }
+        else
+        {
+            sss_atlas__stamp(p, m, places[i].x, places[i].y, 0);
+        }
+    }
+    sss_atlas__update_all(p);
+    sss_atlas__sort_items(p->items, n, p->items_scratch);
+    p->missing = 0.0;
+    for (i = 0; i < n && p->missing <= before; i++)
+    {
+        const uint32_t chart = p->items[i].id;
+        p->missing += sss_atlas__place_chart(p, chart, &places[chart]) ? 0.0 : p->needed[chart];
+    }
+    return p->missing <= before;
 }
 
 static int sss_atlas__is_boundary(const sss_atlas__build *b, size_t edge)
@@ -5654,38 +6080,69 @@ static double sss_atlas__guess_scale(const sss_atlas__packer *p, size_t size, do
     return scale < 1e290 ? scale : 1.0;
 }
 
+#define SSS_ATLAS__MOST_TEXELS 16384 // on a side
+#define SSS_ATLAS__FULL 0.77         // needed share at which charts should fit easily
+#define SSS_ATLAS__SCALE_TRIES 300   // each at least 1 % smaller, mostly much more: from any start to points
+#define SSS_ATLAS__FINEST 1.0015     // ratio of scales: no finer
+#define SSS_ATLAS__SMALL_GROWTH 0.002
+#define SSS_ATLAS__PACK_WORK 2e8     // words; about 0.7 s. The first success is waited for however long it takes
+#define SSS_ATLAS__SHAKES 25         // at one scale
+#define SSS_ATLAS__LITTLE 0.02       // share of the texture that may be missing before it is worth shaking
+#define SSS_ATLAS__MANY 1000         // charts: beyond, shaking does not pay
+
 typedef struct sss_atlas__search
 {
     uint32_t *orders[4];       // [count] each
     sss_atlas__place *places;  // [count] of the try under way
+    sss_atlas__place *trial;   // [count] scratch
     sss_atlas__place *best;    // [count] of the last that succeeded
     int variant;               // the order tried first
 } sss_atlas__search;
 
-// Whether the charts fit, in any of the orders, as masks and grid are. 1: they do, 0: no, -1: no memory.
-static int sss_atlas__try_orders(sss_atlas__packer *p, sss_atlas__search *s, double most_work)
+// Shakes a packing until nothing is missing. 1: it is so, 0: not before the work is done.
+static int sss_atlas__shake_down(sss_atlas__packer *p, sss_atlas__search *s)
 {
-    int i, fits = 0;
-    for (i = 0; i < 4 && fits == 0 && (i == 0 || p->work < most_work); i++)
+    double missing = p->missing;
+    int turn;
+    for (turn = 0; turn < SSS_ATLAS__SHAKES && missing > 0.0 && p->work < SSS_ATLAS__PACK_WORK; turn++)
     {
-        const int kind = (s->variant + i) % 4;
-        fits = sss_atlas__pack_in_order(p, s->orders[kind], s->places);
-        if (fits > 0)
+        memcpy(s->trial, s->places, p->count * sizeof *s->trial);
+        p->missing = missing;
+        if (sss_atlas__shake(p, s->trial))
         {
-            sss_atlas__place *swap = s->best;
-            s->best = s->places;
-            s->places = swap;
-            s->variant = kind;
+            sss_atlas__place *swap = s->places;
+            s->places = s->trial;
+            s->trial = swap;
+            missing = p->missing;
         }
+    }
+    p->missing = missing;
+    return !(missing > 0.0);
+}
+
+// Whether the charts fit as masks and grid are, in the order whose turn it is, or when what little is missing has been
+// shaken in. p->missing is then 0. 1: they do, 0: no, -1: no memory.
+static int sss_atlas__try_grid(sss_atlas__packer *p, sss_atlas__search *s)
+{
+    int fits;
+    p->lean = s->variant % 2 == 0 ? 0.5 : 0.0; // the more variants differ the better
+    fits = sss_atlas__pack_in_order(p, s->orders[s->variant], 1, s->places);
+    if (fits == 0 && p->missing < SSS_ATLAS__LITTLE && p->count <= SSS_ATLAS__MANY)
+    {
+        fits = sss_atlas__shake_down(p, s);
+    }
+    if (fits > 0)
+    {
+        sss_atlas__place *swap = s->best;
+        s->best = s->places;
+        s->places = swap;
+    }
+    else
+    {
+        s->variant = (s->variant + 1) % 4;
     }
     return fits;
 }
-
-#define SSS_ATLAS__MOST_TEXELS 16384 // on a side
-#define SSS_ATLAS__FULL 0.77         // needed share at which charts should fit easily
-#define SSS_ATLAS__SCALE_TRIES 300   // each at least 2 % smaller, mostly much more: from any start to points
-#define SSS_ATLAS__FINEST 1.0012     // ratio of scales: no finer
-#define SSS_ATLAS__PACK_WORK 3e8     // words; about 1 s. The first success is waited for however long it takes
 
 // A scale at which the masks need the share at which they should fit. 0: no memory.
 static double sss_atlas__first_scale(sss_atlas__packer *p, size_t size, int32_t step)
@@ -5725,60 +6182,63 @@ static int sss_atlas__are_points(const sss_atlas__packer *p)
     return 1;
 }
 
+// The scale to try after one that fitted, or did not.
+static void sss_atlas__next_scale(sss_atlas__packer *p, double share, int fits, double range[2], double *scale,
+                                  double *growth)
+{
+    range[fits ? 0 : 1] = *scale;
+    if (range[0] <= 0.0) // nothing has fitted yet: without what is missing it would
+    {
+        const double factor = share > 1.0 ? sss_atlas__factor_for(p, 0.95)
+                                          : sss_atlas__factor_for(p, 0.985 * (share - p->missing));
+        *scale *= sss_atlas__max(0.5, sss_atlas__min(share > 1e200 ? 0.9 : factor, 0.99));
+        range[1] = 0.0;
+        return;
+    }
+    if (range[1] > 0.0 && range[1] < SSS_ATLAS__FINEST * range[0]) // luck may differ: the other orders a little above
+    {
+        range[1] = 0.0;
+        *growth = SSS_ATLAS__SMALL_GROWTH;
+    }
+    *scale = range[1] > 0.0 ? sqrt(range[0] * range[1]) : range[0] * (1.0 + *growth);
+    *growth = range[1] > 0.0 ? *growth : sss_atlas__min(1.6 * *growth, 0.25);
+}
+
 // The largest scale at which charts fit. SSS_ERROR_INVALID_ARGUMENT: not even points.
 static sss_result sss_atlas__search_scale(sss_atlas__packer *p, size_t size, sss_atlas__search *s, double *best_scale)
 {
-    const int32_t step = sss_atlas__choose_step(p, size);
-    double scale = sss_atlas__first_scale(p, size, step), low = 0.0, high = 0.0, growth = 0.01;
     const int points = sss_atlas__are_points(p);
+    const int32_t step = sss_atlas__choose_step(p, size);
+    double scale = sss_atlas__first_scale(p, size, step), range[2] = {0.0, 0.0}, growth = 0.008;
     int tries, fits;
-    for (tries = 0; tries < SSS_ATLAS__SCALE_TRIES; tries++)
+    for (tries = 0; tries < SSS_ATLAS__SCALE_TRIES && !(range[0] > 0.0 && p->work > SSS_ATLAS__PACK_WORK); tries++)
     {
         double share;
-        if (low > 0.0 && (p->work > SSS_ATLAS__PACK_WORK || (high > 0.0 && high < SSS_ATLAS__FINEST * low)))
-        {
-            break;
-        }
         sss_atlas__set_grid(p, size, step, scale);
         if (p->b->memory.failed || !sss_atlas__draw_all(p))
         {
             return SSS_ERROR_OUT_OF_MEMORY;
         }
         share = sss_atlas__needed_share(p);
-        p->placed = 1.0;
-        fits = share > 1.0 ? 0 : sss_atlas__try_orders(p, s, low > 0.0 ? SSS_ATLAS__PACK_WORK : 0.0);
+        p->missing = 0.0;
+        fits = share > 1.0 ? 0 : sss_atlas__try_grid(p, s);
         if (fits < 0)
         {
             return SSS_ERROR_OUT_OF_MEMORY;
         }
-        if (fits == 0 && low <= 0.0 && sss_atlas__all_tiny(p))
+        if (fits == 0 && range[0] <= 0.0 && sss_atlas__all_tiny(p))
         {
             return SSS_ERROR_INVALID_ARGUMENT;
         }
         if (fits && points)
         {
-            low = scale;
+            range[0] = scale;
             break;
         }
-        if (fits)
-        {
-            low = scale;
-            scale = high > 0.0 ? sqrt(low * high) : low * (1.0 + growth);
-            growth *= 2.0;
-        }
-        else if (low > 0.0)
-        {
-            high = scale;
-            scale = sqrt(low * high);
-        }
-        else
-        {
-            const double factor = share > 1e200 ? 0.9 : sss_atlas__factor_for(p, 0.98 * p->placed);
-            scale *= sss_atlas__max(0.5, sss_atlas__min(factor, 0.98));
-        }
+        sss_atlas__next_scale(p, share, fits, range, &scale, &growth);
     }
-    *best_scale = low;
-    return low > 0.0 ? SSS_OK : SSS_ERROR_INVALID_ARGUMENT;
+    *best_scale = range[0];
+    return range[0] > 0.0 ? SSS_OK : SSS_ERROR_INVALID_ARGUMENT;
 }
 
 // The smallest texture, a multiple of 4 texels, in which charts fit at the scale that is asked for.
@@ -5797,7 +6257,7 @@ static sss_result sss_atlas__search_size(sss_atlas__packer *p, double scale, sss
         {
             return SSS_ERROR_OUT_OF_MEMORY;
         }
-        fits = sss_atlas__needed_share(p) > 1.0 ? 0 : sss_atlas__try_orders(p, s, SSS_ATLAS__PACK_WORK);
+        fits = sss_atlas__needed_share(p) > 1.0 ? 0 : sss_atlas__try_grid(p, s);
         if (fits < 0)
         {
             return SSS_ERROR_OUT_OF_MEMORY;
@@ -5866,6 +6326,7 @@ static void sss_atlas__end_packing(sss_atlas__packer *p, sss_atlas__search *s)
         sss_atlas__drop(m, s->orders[i]);
     }
     sss_atlas__drop(m, s->places);
+    sss_atlas__drop(m, s->trial);
     sss_atlas__drop(m, s->best);
     sss_atlas__drop(m, p->outlines);
     sss_atlas__drop(m, p->edges);
@@ -5877,6 +6338,8 @@ static void sss_atlas__end_packing(sss_atlas__packer *p, sss_atlas__search *s)
     sss_atlas__drop(m, p->toggle);
     sss_atlas__drop(m, p->occupancy.bits);
     sss_atlas__drop(m, p->occupancy.roomy);
+    sss_atlas__drop(m, p->occupancy.squares);
+    sss_atlas__drop(m, p->occupancy.spacious);
     sss_atlas__drop(m, p->occupancy.skyline);
     sss_atlas__drop(m, p->blocked);
     sss_atlas__drop(m, p->tops);
@@ -5897,6 +6360,7 @@ static sss_result sss_atlas__pack(sss_atlas__build *b)
     sss_result result = sss_atlas__begin_packing(p, b);
     memset(&search, 0, sizeof search);
     search.places = (sss_atlas__place *)sss_atlas__take(&b->memory, p->count, sizeof *search.places);
+    search.trial = (sss_atlas__place *)sss_atlas__take(&b->memory, p->count, sizeof *search.trial);
     search.best = (sss_atlas__place *)sss_atlas__take(&b->memory, p->count, sizeof *search.best);
     for (kind = 0; kind < 4 && result == SSS_OK; kind++)
     {
@@ -6080,7 +6544,7 @@ static sss_result sss_atlas__repair(sss_atlas__build *b, size_t *left)
 
 // Whether the interiors of two counter-clockwise triangles with area meet: two convex polygons are apart if and only
 // if a line along an edge of one of them separates them (closed half-planes: they may touch).
-static int sss_atlas__grid_triangles_meet(const int32_t a[3][2], const int32_t b[3][2])
+static int sss_atlas__interiors_meet(const int32_t a[3][2], const int32_t b[3][2])
 {
     int k;
     for (k = 0; k < 3; k++)
@@ -6194,7 +6658,7 @@ static size_t sss_atlas__fill_cells(const sss_atlas__build *b, sss_atlas__cells 
 }
 
 // Pairs of triangles in one cell whose interiors meet, each in the first cell that both are in.
-//   items  sorted by left end;   work  tests done, none beyond `most`
+//   items  sorted by one end along a line;   work  tests done, none beyond `most`
 static size_t sss_atlas__overlaps_in_cell(const sss_atlas__build *b, const sss_atlas__cells *cells, size_t cell,
                                           const sss_atlas__item *items, size_t count, double *work, double most)
 {
@@ -6207,9 +6671,13 @@ static size_t sss_atlas__overlaps_in_cell(const sss_atlas__build *b, const sss_a
         {
             *work += 1.0;
             sss_atlas__grid_corners(b, items[j].id, c);
-            if (sss_atlas__grid_triangles_meet((const int32_t (*)[2])a, (const int32_t (*)[2])c))
+            if (sss_atlas__interiors_meet((const int32_t (*)[2])a, (const int32_t (*)[2])c))
             {
                 int32_t ra[2], rc[2], ca[2] = {1, 0}, cc[2] = {1, 0}, row;
+                if (b->bad != NULL) // for who divides charts
+                {
+                    b->bad[items[i].id] = b->bad[items[j].id] = 1;
+                }
                 sss_atlas__rows(cells, (const int32_t (*)[2])a, ra);
                 sss_atlas__rows(cells, (const int32_t (*)[2])c, rc);
                 for (row = ra[0] > rc[0] ? ra[0] : rc[0]; row <= (int32_t)(cell / (size_t)cells->side); row++)
@@ -6228,8 +6696,9 @@ static size_t sss_atlas__overlaps_in_cell(const sss_atlas__build *b, const sss_a
     return sum;
 }
 
+#define SSS_ATLAS__FEW 16            // in a cell, whose order matters little
 #define SSS_ATLAS__CELL_ENTRIES 8   // cells are enlarged until triangles lie in so many of them on average
-#define SSS_ATLAS__OVERLAP_TESTS 2000 // tests for each triangle on average: beyond it must be a heap of overlaps
+#define SSS_ATLAS__OVERLAP_TESTS 300 // tests for each triangle on average: beyond it must be a heap of overlaps
 
 // Makes the cells as fine as their number of entries allows. 0: no memory.
 static int sss_atlas__make_cells(sss_atlas__build *b, sss_atlas__cells *cells, size_t *most_in_cell)
@@ -6270,6 +6739,48 @@ static int sss_atlas__make_cells(sss_atlas__build *b, sss_atlas__cells *cells, s
     return 1;
 }
 
+// Triangles of a cell, sorted along whichever of four directions they are the least long, so that needles side by side
+// are not all compared with each other.
+static void sss_atlas__sort_cell(const sss_atlas__build *b, const uint32_t *triangles, size_t count,
+                                 sss_atlas__item *items, sss_atlas__item *scratch)
+{
+    static const double directions[4][2] = {{1.0, 0.0}, {0.0, 1.0}, {0.75, 0.75}, {0.75, -0.75}};
+    const int tries = count > SSS_ATLAS__FEW ? 4 : 1;
+    double least = 1e300;
+    int pass, best = 0;
+    size_t i;
+    for (pass = 0; pass <= tries; pass++) // the best one once more
+    {
+        const double *d = directions[pass < tries ? pass : best];
+        double sum = 0.0;
+        if (pass == tries && best == tries - 1)
+        {
+            break; // is there already
+        }
+        for (i = 0; i < count; i++)
+        {
+            double at[3];
+            int32_t c[3][2];
+            int k;
+            sss_atlas__grid_corners(b, triangles[i], c);
+            for (k = 0; k < 3; k++)
+            {
+                at[k] = d[0] * c[k][0] + d[1] * c[k][1];
+            }
+            items[i].key = sss_atlas__min(at[0], sss_atlas__min(at[1], at[2])); // one end, the other
+            items[i].second = sss_atlas__max(at[0], sss_atlas__max(at[1], at[2]));
+            items[i].id = triangles[i];
+            sum += items[i].second - items[i].key;
+        }
+        if (pass < tries && sum < least)
+        {
+            least = sum;
+            best = pass;
+        }
+    }
+    sss_atlas__sort_items(items, count, scratch);
+}
+
 // Pairs of triangles whose interiors meet in the texture: exact, in integers. Work is O(T) for triangles of similar
 // size and ends after OVERLAP_TESTS T tests for any: what was found until then counts, and one more, so that 0 means 0.
 // Where memory ends, memory.failed is set and SIZE_MAX returned.
@@ -6277,7 +6788,7 @@ static size_t sss_atlas__count_overlaps(sss_atlas__build *b)
 {
     sss_atlas__cells cells;
     sss_atlas__item *items = NULL, *scratch = NULL;
-    size_t most_in_cell = 0, sum = 0, cell, i;
+    size_t most_in_cell = 0, sum = 0, cell;
     double work = 0.0, most = (double)SSS_ATLAS__OVERLAP_TESTS * (double)b->triangle_count;
     int ok = sss_atlas__make_cells(b, &cells, &most_in_cell);
     if (ok)
@@ -6289,16 +6800,7 @@ static size_t sss_atlas__count_overlaps(sss_atlas__build *b)
     for (cell = 0; ok && cell < (size_t)cells.side * (size_t)cells.side; cell++)
     {
         const size_t count = cells.first[cell + 1] - cells.first[cell];
-        for (i = 0; i < count; i++)
-        {
-            int32_t c[3][2];
-            const uint32_t t = cells.entries[cells.first[cell] + i];
-            sss_atlas__grid_corners(b, t, c);
-            items[i].key = sss_atlas__min(c[0][0], sss_atlas__min(c[1][0], c[2][0]));
-            items[i].second = sss_atlas__max(c[0][0], sss_atlas__max(c[1][0], c[2][0])); // right end
-            items[i].id = t;
-        }
-        sss_atlas__sort_items(items, count, scratch);
+        sss_atlas__sort_cell(b, cells.entries + cells.first[cell], count, items, scratch);
         sum += sss_atlas__overlaps_in_cell(b, &cells, cell, items, count, &work, most);
     }
     sss_atlas__drop(&b->memory, scratch);
@@ -7216,6 +7718,7 @@ static void sss_atlas__write_entry(const sss_atlas__texel_job *table, size_t u, 
 {
     sss_atlas *a = table->a;
     const size_t texel = v * table->size + u;
+    const uint32_t own = table->mark[texel] != SSS_ATLAS__MARK_BORDER ? a->entry[texel] : SSS_ATLAS__NONE;
     sss_atlas__surface_point at;
     double position[3], normal[3], length;
     int k, most;
@@ -7239,7 +7742,7 @@ static void sss_atlas__write_entry(const sss_atlas__texel_job *table, size_t u, 
     a->texel[entry] = (uint32_t)texel;
     a->texel_triangle[entry] = at.triangle;
     a->area[entry] = table->area[texel];
-    a->area_ratio[entry] = a->triangle_area_ratio[at.triangle];
+    a->area_ratio[entry] = a->triangle_area_ratio[own != SSS_ATLAS__NONE ? own : at.triangle];
     a->entry_vertex[entry] = table->b->triangles[3 * (size_t)at.triangle + (size_t)most];
     a->entry[texel] = (uint32_t)entry;
 }
@@ -7711,6 +8214,8 @@ static sss_result sss_atlas__measure(const sss_atlas__build *b, sss_atlas *a)
 #define SSS_ATLAS__SPLIT_ROUNDS 64     // of dividing charts that do not lie flat; then they fall into triangles
 #define SSS_ATLAS__REPAIR_ROUNDS 6     // of dividing charts that rounding to the grid spoils
 #define SSS_ATLAS__REPAIR_SPLITS 2     // of these, rounds in which they are divided; then bad triangles are taken out
+#define SSS_ATLAS__PULL_REACH 3         // grid units: with those of sss_atlas__repair still within the slack of packing
+#define SSS_ATLAS__PULL_MOST 64         // marked triangles of a chart that are looked at
 #define SSS_ATLAS__FLOAT_MAX 3.40282346638528859811704183484516925e+38
 
 static int sss_atlas__in_range(double x, double low, double high)
@@ -7986,6 +8491,97 @@ static sss_result sss_atlas__find_spoiled(sss_atlas__build *b, size_t *left, siz
     return b->memory.failed ? SSS_ERROR_OUT_OF_MEMORY : SSS_OK;
 }
 
+// How bad the triangles around a vertex are: turned over, without area, or on a marked one of their chart.
+static size_t sss_atlas__overlap_fault(const sss_atlas__build *b, const uint32_t *star, size_t count,
+                                       const uint32_t *marked, size_t marked_count)
+{
+    size_t fault = sss_atlas__star_fault(b, star, count), i, j;
+    for (i = 0; i < count; i++)
+    {
+        int32_t a[3][2], c[3][2];
+        for (j = 0; j < marked_count && sss_atlas__grid_corners(b, star[i], a); j++)
+        {
+            fault += marked[j] != star[i] && sss_atlas__grid_corners(b, marked[j], c)
+                     && sss_atlas__interiors_meet((const int32_t (*)[2])a, (const int32_t (*)[2])c);
+        }
+    }
+    return fault;
+}
+
+// Moves a vertex to the nearest grid point where less is wrong around it.   home  where it was at first
+static int sss_atlas__pull_vertex(sss_atlas__build *b, uint32_t vertex, const int32_t home[2], const uint32_t *star,
+                                  size_t count, const uint32_t *marked, size_t marked_count)
+{
+    const int32_t was[2] = {b->grid[vertex][0], b->grid[vertex][1]};
+    const size_t before = sss_atlas__overlap_fault(b, star, count, marked, marked_count);
+    int32_t reach, dx, dy;
+    for (reach = 1; reach <= SSS_ATLAS__PULL_REACH && before > 0; reach++)
+    {
+        for (dy = -reach; dy <= reach; dy++)
+        {
+            for (dx = -reach; dx <= reach; dx += dy == -reach || dy == reach ? 1 : 2 * reach)
+            {
+                const int32_t x = home[0] + dx, y = home[1] + dy;
+                if (x < 0 || y < 0 || x > SSS_ATLAS__UNITS || y > SSS_ATLAS__UNITS)
+                {
+                    continue;
+                }
+                b->grid[vertex][0] = x;
+                b->grid[vertex][1] = y;
+                if (sss_atlas__overlap_fault(b, star, count, marked, marked_count) < before)
+                {
+                    return 1;
+                }
+            }
+        }
+    }
+    b->grid[vertex][0] = was[0];
+    b->grid[vertex][1] = was[1];
+    return 0;
+}
+
+// Holes and slits may be laid out as thin as needles, and rounding may lay one side over the other without turning any
+// triangle over: corners of marked triangles are moved by a few grid units where that parts them.
+static sss_result sss_atlas__pull_apart(sss_atlas__build *b)
+{
+    sss_atlas__memory *m = &b->memory;
+    uint32_t *first = (uint32_t *)sss_atlas__take(m, b->atlas_vertex_count + 1, sizeof *first);
+    uint32_t *around = (uint32_t *)sss_atlas__take(m, 3 * b->triangle_count, sizeof *around);
+    int32_t (*home)[2] = (int32_t (*)[2])sss_atlas__take(m, b->atlas_vertex_count, sizeof *home);
+    size_t c, i;
+    if (m->failed)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    memcpy(home, b->grid, b->atlas_vertex_count * sizeof *home);
+    sss_atlas__gather_stars(b, first, around);
+    for (c = 0; c < b->chart_count; c++)
+    {
+        const uint32_t *triangles = b->chart_triangles + b->charts[c].first_triangle;
+        uint32_t marked[SSS_ATLAS__PULL_MOST];
+        size_t count = 0, pass, moved = 1;
+        for (i = 0; i < b->charts[c].triangle_count && count < SSS_ATLAS__PULL_MOST; i++)
+        {
+            marked[count] = triangles[i];
+            count += b->bad[triangles[i]] != 0;
+        }
+        for (pass = 0; pass < SSS_ATLAS__REPAIR_PASSES && moved > 0; pass++)
+        {
+            for (moved = 0, i = 0; i < 3 * count; i++)
+            {
+                const uint32_t v = b->corner[3 * (size_t)marked[i / 3] + i % 3];
+                const size_t star = first[v + 1] - first[v];
+                moved += star <= SSS_ATLAS__REPAIR_STAR
+                         && sss_atlas__pull_vertex(b, v, home[v], around + first[v], star, marked, count);
+            }
+        }
+    }
+    sss_atlas__drop(m, home);
+    sss_atlas__drop(m, around);
+    sss_atlas__drop(m, first);
+    return SSS_OK;
+}
+
 // Divides charts that have marked triangles or, in later rounds, makes each of these a chart of its own.
 //   changed  how many charts were
 static sss_result sss_atlas__separate_spoiled(sss_atlas__build *b, size_t round, size_t *changed)
@@ -8038,6 +8634,11 @@ static sss_result sss_atlas__lay_out(sss_atlas__build *b, double *done, size_t *
         result = result == SSS_OK ? sss_atlas__report(b, *done) : result;
         result = result == SSS_OK ? sss_atlas__repair(b, &left) : result;
         result = result == SSS_OK ? sss_atlas__find_spoiled(b, &left, overlaps) : result;
+        if (result == SSS_OK && *overlaps > 0)
+        {
+            result = sss_atlas__pull_apart(b);
+            result = result == SSS_OK ? sss_atlas__find_spoiled(b, &left, overlaps) : result;
+        }
         if (result == SSS_OK && left > 0 && round + 1 < SSS_ATLAS__REPAIR_ROUNDS)
         {
             result = sss_atlas__separate_spoiled(b, round, &changed);
@@ -8046,13 +8647,17 @@ static sss_result sss_atlas__lay_out(sss_atlas__build *b, double *done, size_t *
     return result;
 }
 
-// From the unit of the build to mm or mm^2. What float cannot hold becomes its largest number.
-static void sss_atlas__scale_floats(float *values, size_t count, double scale)
+// From the unit of the build to mm^2. What float cannot hold becomes its largest number. What rounding takes is given
+// to the next one where sums count.
+static void sss_atlas__scale_floats(float *values, size_t count, double scale, int carries)
 {
+    double carry = 0.0;
     size_t i;
     for (i = 0; i < count; i++)
     {
-        values[i] = (float)sss_atlas__min((double)values[i] * scale, SSS_ATLAS__FLOAT_MAX);
+        const double exact = sss_atlas__min((double)values[i] * scale + carry, SSS_ATLAS__FLOAT_MAX);
+        values[i] = exact > 0.0 ? (float)exact : 0.0f;
+        carry = carries ? exact - (double)values[i] : 0.0;
     }
 }
 
@@ -8063,9 +8668,9 @@ static void sss_atlas__finish(const sss_atlas__build *b, const sss_atlas_options
     const double mm2 = b->mm * b->mm;
     double surface = 0.0, texels = 0.0;
     size_t i;
-    sss_atlas__scale_floats(a->area, a->texel_count, mm2);
-    sss_atlas__scale_floats(a->area_ratio, a->texel_count, mm2);
-    sss_atlas__scale_floats(a->triangle_area_ratio, b->triangle_count, mm2);
+    sss_atlas__scale_floats(a->area, a->inner_count, mm2, 1);
+    sss_atlas__scale_floats(a->area_ratio, a->texel_count, mm2, 0);
+    sss_atlas__scale_floats(a->triangle_area_ratio, b->triangle_count, mm2, 0);
     for (i = 0; i < b->triangle_count; i++)
     {
         surface += b->area[i];
