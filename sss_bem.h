@@ -54,10 +54,21 @@
 //
 // ================================================ LIMITS ===============================================
 //
-//   * The model: thin slabs and air gaps, as in sss_dipole.h (tests/stability, stability_bem.csv).
+// All measured by tests/stability (make stability: stability_bem.csv and .png).
+//   * The dipole is a model of a flat, endless piece. Lit slabs of 0.25 / 1 / 2 / 8 mean free paths come out 1.5 / 1.2
+//     / 1.05 / 1 times too bright on the lit face for alpha' = 0.9, 2.5 / 1.7 / 1.4 / 1.03 for 0.99; the dark face at
+//     0.5 / 0.97 / 0.94 / 0.15 and 0.99 / 1.4 / 1.1 / 0.3 of the truth. A sphere without absorption in even light, B =
+//     E, has 0.26 at a radius of half a mean free path, 0.72 at 3, 0.96 at 50.
+//   * Light crosses air: of two fingers of radius 3, one of them lit, the dark one shows 26 % of the lit one's largest
+//     B at a gap of 8 mean free paths, 58 % at 1, 90 % at 0.03.
 //   * Placed sources that come near another part of the surface: sss_bem_options.guard. Unguarded, the bunny at 10 mm
-//     shows up to 7,600 times its irradiance; guarded, never more than a plane would by half.
-//   * Fans of slivers many mean free paths long: 2.6 % at a tolerance of 1 %, predicted as 4.4 %.
+//     shows up to 7,600 times its irradiance; guarded, never more than 0.87 of it, and no surface more than a plane
+//     would by half. It changes nothing on planes and on bodies wider than z, more than 5 % at 22 to 34 % of the
+//     bunny's vertices at 10 mm, 4 to 9 % at 50 mm, below 1 % at 200 mm: folds and thin parts, where the shade is a
+//     guess.
+//   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.7 %, but for
+//     the fingers at a gap of 4 with 1.06 % (predicted as 1.9 %). Single vertices may be off by several times as much:
+//     by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the worst of the bunny's.
 //
 
 #ifndef SSS_BEM_H
@@ -6577,10 +6588,11 @@ SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pendi
 
 // ---- prediction of the error ----
 
-// Twice what was measured, because a sample may miss the worst; and what floats and the strict run itself may add.
+// More than twice what was measured, because errors have long tails and a sample may miss the worst (200 other vertices
+// showed up to 2.1 times as much, tests/chart); and what floats and the strict run itself may add.
 static double sss_bem__margin(double measured, double tolerance)
 {
-    return 2.0 * measured + 0.02 * tolerance;
+    return 2.25 * measured + 0.02 * tolerance;
 }
 
 SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double *error)
