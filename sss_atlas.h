@@ -777,7 +777,9 @@ static sss_result sss_atlas__prepare(sss_atlas__build *b)
 //   1. Small cells grow from seeds in flat places until they bend too far.
 //   2. Neighbouring cells are merged, best first, while the union obeys the deviation.
 //   3. Charts, the smallest first, are handed out to their neighbours, where these may take every triangle.
-//   4. Specks are absorbed, outlines shortened.
+//   4. Charts with arms and bays are halved across; the pieces merge anew where that is round. In a
+//      texture, arms and bays cost more than a few more charts do: 5 to 10 % of it.
+//   5. What is smooth is put together once more, several charts at a time; specks are absorbed, outlines shortened.
 // All growing anew from the charts' centers, as in Lloyd's method, was tried between 2 and 3: outlines are 1 % shorter,
 // but there are a fifth more charts.
 
@@ -802,6 +804,15 @@ static sss_result sss_atlas__prepare(sss_atlas__build *b)
 #define SSS_ATLAS__SPECK_TRIANGLES 8  // a chart of so few triangles ...
 #define SSS_ATLAS__SPECK_SHARE 0.05   // ... with this share of a neighbour's area is absorbed by it
 #define SSS_ATLAS__PAIR_SHARE 1e-4    // two lone triangles of so little of the surface may unfold as one chart
+#define SSS_ATLAS__ROUNDEST 1.6       // outline^2 / (4 pi area) that charts may have, however compact: 1 is a disk, and
+                                      // edges of triangles make outlines longer than they look
+#define SSS_ATLAS__SPREAD 2.4         // what is added to that, over the compactness
+#define SSS_ATLAS__CUT_FROM 0.75      // of this limit: what charts are halved from that are further from round
+#define SSS_ATLAS__CUTTING_ROUNDS 4   // of halving: a sixteenth
+#define SSS_ATLAS__LEAST_CUT 0.001    // halves are no smaller than this much of the surface
+#define SSS_ATLAS__UNITED 8           // charts of a smooth surface that may become one together
+#define SSS_ATLAS__NEARLY_SMOOTH 0.25 // is rough of them at most: at borders, means are askew
+#define SSS_ATLAS__FEW_PAIRS 64       // charts with more neighbours are left out of that: it takes O(n) then
 #define SSS_ATLAS__NORMALS_KEPT 4096  // normals of larger charts are put together where they are within 1/64
 
 typedef struct sss_atlas__heap_entry
@@ -834,6 +845,7 @@ typedef struct sss_atlas__region
     uint32_t next_range, normals_begin, normals_end; // its own, before merging
     uint32_t side;        // first of the list of its pairs
     uint32_t degree;      // length of that list
+    int whole_stays;      // of cutting: halves would be no better
 } sss_atlas__region;
 
 typedef struct sss_atlas__facing
@@ -856,6 +868,7 @@ typedef struct sss_atlas__rule
     double last;        // and of the one that nothing may reach
     double share[2];    // of the area beyond the first and the second
     double scale;       // 1 - cosine of the deviation: what costs are measured by
+    double roundest;    // what unions may have of outline^2 / (4 pi area)
     int specks;         // only specks, with any neighbour
     size_t least;       // number of charts to stop at
 } sss_atlas__rule;
@@ -1329,12 +1342,13 @@ static int sss_atlas__add_excess(const sss_atlas__grower *g, uint32_t region, co
 }
 
 // Whether a region is so little beside its neighbour that it may go there whatever its normals. Noise that faces
-// backwards makes islands; only charts that are not projected may have them, and pairs folded onto each other.
+// backwards makes islands.
+//   any  whatever its normals: then islands may be larger, and two triangles folded onto each other are a chart
 static int sss_atlas__is_speck(const sss_atlas__grower *g, const sss_atlas__region *small,
-                               const sss_atlas__region *large, double shared)
+                               const sss_atlas__region *large, double shared, int any)
 {
     const int few = small->triangle_count <= SSS_ATLAS__SPECK_TRIANGLES && small->rough >= 0.5 * small->area;
-    if (g->b->options.method != SSS_ATLAS_ORTHOGRAPHIC)
+    if (any)
     {
         if (small->triangle_count == 1 && large->triangle_count == 1)
         {
@@ -1348,6 +1362,20 @@ static int sss_atlas__is_speck(const sss_atlas__grower *g, const sss_atlas__regi
     return few && small->area <= SSS_ATLAS__SPECK_SHARE * large->area;
 }
 
+// How far from a disk something is: 1, or more. Without area: 0, as it does not matter.
+static double sss_atlas__unroundness(double outline, double area)
+{
+    return area > 0.0 ? outline * outline / (4.0 * SSS_ATLAS__PI * area) : 0.0;
+}
+
+// Whether a union has a good outline, or at least one no worse than its parts have.
+static int sss_atlas__is_round(const sss_atlas__region *p, const sss_atlas__region *q, double shared, double limit)
+{
+    const double area = p->area + q->area, outline = sss_atlas__max(0.0, p->outline + q->outline - 2.0 * shared);
+    const double mean = (p->outline * p->outline + q->outline * q->outline) / (4.0 * SSS_ATLAS__PI);
+    return sss_atlas__unroundness(outline, area) * area <= sss_atlas__max(limit * area, mean);
+}
+
 static int sss_atlas__may_merge(const sss_atlas__grower *g, const sss_atlas__pair *pair, const sss_atlas__rule *rule)
 {
     const sss_atlas__region *p = &g->regions[pair->region[0]], *q = &g->regions[pair->region[1]];
@@ -1358,7 +1386,12 @@ static int sss_atlas__may_merge(const sss_atlas__grower *g, const sss_atlas__pai
     {
         return 0;
     }
-    if (rule->specks && !sss_atlas__is_speck(g, p->area < q->area ? p : q, p->area < q->area ? q : p, pair->length))
+    if (rule->specks &&
+        !sss_atlas__is_speck(g, p->area < q->area ? p : q, p->area < q->area ? q : p, pair->length, rule->last < -1.0))
+    {
+        return 0;
+    }
+    if (rule->roundest > 0.0 && !sss_atlas__is_round(p, q, pair->length, rule->roundest))
     {
         return 0;
     }
@@ -1367,6 +1400,10 @@ static int sss_atlas__may_merge(const sss_atlas__grower *g, const sss_atlas__pai
         axis[i] = p->sum[i] + q->sum[i];
     }
     sss_atlas__normalize(axis);
+    if (rule->specks) // what takes thousands of specks is not looked at for each
+    {
+        return sss_atlas__add_excess(g, pair->region[p->area < q->area ? 0 : 1], rule, axis, area, excess);
+    }
     return sss_atlas__add_excess(g, pair->region[0], rule, axis, p->rough + q->rough, excess) &&
            sss_atlas__add_excess(g, pair->region[1], rule, axis, p->rough + q->rough, excess);
 }
@@ -1504,6 +1541,116 @@ static void sss_atlas__renumber(sss_atlas__grower *g, int merged)
 static void sss_atlas__merge_and_number(sss_atlas__grower *g, const sss_atlas__rule *rule)
 {
     sss_atlas__merge(g, rule);
+    sss_atlas__renumber(g, 1);
+}
+
+// ---- uniting charts of smooth surfaces ----
+
+// Some charts that may become one.
+typedef struct sss_atlas__union
+{
+    uint32_t member[SSS_ATLAS__UNITED];
+    size_t count;
+    double sum[3], area, outline;
+} sss_atlas__union;
+
+static int sss_atlas__may_unite(const sss_atlas__region *r)
+{
+    return r->rough <= SSS_ATLAS__NEARLY_SMOOTH * r->area && r->degree <= SSS_ATLAS__FEW_PAIRS;
+}
+
+// Adds the neighbour with which a union bends least. Returns 0 where there is none.
+static int sss_atlas__add_neighbour(sss_atlas__grower *g, sss_atlas__union *u, double roundest)
+{
+    double least = HUGE_VAL, outline = 0.0;
+    uint32_t best = SSS_ATLAS__NONE, side;
+    size_t i, j;
+    for (i = 0; i < u->count; i++)
+    {
+        for (side = g->regions[u->member[i]].side; side != SSS_ATLAS__NONE; side = g->pairs[side / 2].next[side % 2])
+        {
+            const sss_atlas__pair *pair = &g->pairs[side / 2];
+            const uint32_t other = pair->region[1 - side % 2];
+            const sss_atlas__region *r = &g->regions[other];
+            const double sum[3] = {u->sum[0] + r->sum[0], u->sum[1] + r->sum[1], u->sum[2] + r->sum[2]};
+            const double area = u->area + r->area, bent = area > 0.0 ? 1.0 - sss_atlas__length(sum) / area : 0.0;
+            double shared = 0.0;
+            int inside = pair->region[0] == pair->region[1] || !sss_atlas__may_unite(r);
+            for (j = 0; j < u->count && !inside && bent < least; j++)
+            {
+                const uint32_t known = g->table[sss_atlas__find_pair(g, u->member[j], other)];
+                inside = u->member[j] == other;
+                shared += known != SSS_ATLAS__NONE ? g->pairs[known].length : 0.0;
+            }
+            if (!inside && bent < least)
+            {
+                least = bent;
+                best = other;
+                outline = u->outline + r->outline - 2.0 * shared;
+            }
+        }
+    }
+    if (best == SSS_ATLAS__NONE || sss_atlas__unroundness(outline, u->area + g->regions[best].area) > roundest)
+    {
+        return 0;
+    }
+    u->member[u->count++] = best;
+    u->area += g->regions[best].area;
+    u->outline = outline;
+    for (i = 0; i < 3; i++)
+    {
+        u->sum[i] += g->regions[best].sum[i];
+    }
+    return 1;
+}
+
+// Whether all normals of a union are within the deviation from its mean.
+static int sss_atlas__obeys(const sss_atlas__grower *g, const sss_atlas__union *u, const sss_atlas__rule *rule)
+{
+    double axis[3], excess[2] = {0.0, 0.0};
+    size_t i;
+    int good = g->b->options.max_area <= 0.0 || u->area <= g->b->options.max_area;
+    memcpy(axis, u->sum, sizeof axis);
+    sss_atlas__normalize(axis);
+    for (i = 0; i < u->count && good; i++)
+    {
+        good = sss_atlas__add_excess(g, u->member[i], rule, axis, 0.0, excess);
+    }
+    return good;
+}
+
+// Where two charts may not merge, three or more still may: the mean of two thirds of a cap lies beside its axis.
+static void sss_atlas__unite(sss_atlas__grower *g, const sss_atlas__rule *rule)
+{
+    const double roundest = rule->roundest > 0.0 ? rule->roundest : HUGE_VAL;
+    size_t i, j;
+    sss_atlas__list_normals(g);
+    sss_atlas__find_pairs(g);
+    g->heap.count = 0;
+    for (i = 0; i < g->count; i++)
+    {
+        sss_atlas__region *r = &g->regions[i];
+        sss_atlas__union u;
+        int united = 0;
+        memset(&u, 0, sizeof u);
+        u.member[u.count++] = (uint32_t)i;
+        u.area = r->area;
+        u.outline = r->outline;
+        memcpy(u.sum, r->sum, sizeof u.sum);
+        while (r->parent == i && sss_atlas__may_unite(r) && !united && u.count < SSS_ATLAS__UNITED &&
+               1.0 - sss_atlas__length(u.sum) / sss_atlas__max(u.area, 1e-300) < rule->scale &&
+               sss_atlas__add_neighbour(g, &u, roundest))
+        {
+            united = sss_atlas__obeys(g, &u, rule);
+        }
+        for (j = 1; united && j < u.count; j++)
+        {
+            const uint32_t p = u.member[0], q = u.member[j];
+            const uint32_t known = g->table[sss_atlas__find_pair(g, p, q)];
+            sss_atlas__join(g, p, q, known != SSS_ATLAS__NONE ? g->pairs[known].length : 0.0, rule);
+            g->heap.count = 0;
+        }
+    }
     sss_atlas__renumber(g, 1);
 }
 
@@ -1869,83 +2016,6 @@ static void sss_atlas__drop_grower(sss_atlas__grower *g)
     sss_atlas__drop(m, g->table);
 }
 
-// Steps 1 to 4 of above.
-static void sss_atlas__make_charts(sss_atlas__grower *g)
-{
-    const double deviation = g->b->options.normal_deviation;
-    sss_atlas__rule rule;
-    size_t t;
-    for (t = 0; t < g->b->triangle_count; t++)
-    {
-        g->area += g->b->area[t];
-    }
-    memset(&rule, 0, sizeof rule);
-    rule.near = g->near;
-    rule.far = g->far;
-    rule.last = g->last;
-    rule.share[0] = g->share[0] = SSS_ATLAS__EXCESS_SHARE;
-    rule.share[1] = g->share[1] = SSS_ATLAS__OUTLIER_SHARE;
-    rule.scale = g->scale;
-    sss_atlas__order_by_flatness(g, (double (*)[3])g->facings->normal);
-    sss_atlas__seed_rest(g, sss_atlas__cosine(SSS_ATLAS__CELL * deviation));
-    sss_atlas__renumber(g, 0);
-    sss_atlas__merge_and_number(g, &rule);
-    sss_atlas__dissolve(g, HUGE_VAL);
-    sss_atlas__renumber(g, 0);
-    g->share[0] = SSS_ATLAS__SMALL_EXCESS_SHARE;
-    g->share[1] = SSS_ATLAS__SMALL_OUTLIER_SHARE;
-    sss_atlas__dissolve(g, SSS_ATLAS__SMALL * g->area);
-    sss_atlas__renumber(g, 0);
-    rule.near = rule.far = rule.last = g->b->options.method == SSS_ATLAS_ORTHOGRAPHIC ? g->last : -2.0; // or any
-    rule.specks = 1;
-    sss_atlas__merge_and_number(g, &rule);
-    sss_atlas__smooth(g);
-    sss_atlas__renumber(g, 0);
-}
-
-// Merges on, with deviations that grow step by step, until there are no more than max_charts. Orthographic charts
-// must not fold over; the others need no common direction.
-static void sss_atlas__limit_charts(sss_atlas__grower *g)
-{
-    const sss_atlas_options *o = &g->b->options;
-    const double step = 5.0; // degrees
-    const double last = o->method == SSS_ATLAS_ORTHOGRAPHIC ? SSS_ATLAS__GRAZING : 180.0;
-    double angle = o->normal_deviation;
-    sss_atlas__rule rule;
-    memset(&rule, 0, sizeof rule);
-    rule.scale = g->scale;
-    rule.least = o->max_charts;
-    rule.share[0] = rule.share[1] = SSS_ATLAS__SMALL_OUTLIER_SHARE; // those that charts have already
-    rule.last = o->method == SSS_ATLAS_ORTHOGRAPHIC ? sss_atlas__cosine(SSS_ATLAS__HIDDEN) : -2.0;
-    while (o->max_charts > 0 && g->count > o->max_charts && angle < last)
-    {
-        angle = sss_atlas__min(angle + step, last);
-        rule.near = rule.far = angle < 180.0 ? sss_atlas__cosine(angle) : -2.0;
-        sss_atlas__merge_and_number(g, &rule);
-    }
-}
-
-static sss_result sss_atlas__grow_charts(sss_atlas__build *b)
-{
-    sss_atlas__grower g;
-    sss_result result = sss_atlas__take_grower(&g, b);
-    if (result != SSS_OK)
-    {
-        return result;
-    }
-    sss_atlas__make_charts(&g);
-    sss_atlas__limit_charts(&g);
-    result = sss_atlas__attach_collapsed(b);
-    if (result != SSS_OK)
-    {
-        return result;
-    }
-    sss_atlas__renumber(&g, 0);
-    b->chart_count = g.count;
-    sss_atlas__drop_grower(&g);
-    return SSS_OK;
-}
-
 // ---- what charts consist of ----
 
 // The edge on the other side, where it belongs to the same chart.
@@ -2172,6 +2242,7 @@ typedef struct sss_atlas__division
     sss_atlas__build *b;
     const uint32_t *triangles; // [count] rising
     uint32_t count;
+    const uint32_t *place;     // [T] in the list of its chart, or NULL
     uint32_t *part;            // [count]
     double *distance;          // [count]
     sss_atlas__heap heap;      // 4 count
@@ -2181,6 +2252,10 @@ typedef struct sss_atlas__division
 static uint32_t sss_atlas__rank(const sss_atlas__division *d, uint32_t triangle)
 {
     uint32_t low = 0, high = d->count - 1;
+    if (d->place != NULL)
+    {
+        return d->place[triangle];
+    }
     while (low < high)
     {
         const uint32_t middle = low + (high - low) / 2;
@@ -2400,6 +2475,244 @@ static sss_result sss_atlas__split_chart(sss_atlas__build *b, uint32_t chart)
     b->charts[chart].is_flat = 0;
     sss_atlas__drop(m, d.part);
     sss_atlas__drop(m, d.heap.entries);
+    return SSS_OK;
+}
+
+// ---- cutting of charts ----
+
+// Lists the triangles of every chart, in rising order. begin  [charts + 1], list and place  [T]
+static void sss_atlas__list_charts(const sss_atlas__grower *g, uint32_t *begin, uint32_t *list, uint32_t *place)
+{
+    const sss_atlas__build *b = g->b;
+    size_t i, t;
+    begin[0] = 0;
+    for (i = 0; i < g->count; i++)
+    {
+        begin[i + 1] = begin[i] + g->regions[i].triangle_count;
+        g->regions[i].seed = 0; // how many are listed
+    }
+    for (t = 0; t < b->triangle_count; t++)
+    {
+        place[t] = g->regions[b->chart_of[t]].seed++;
+        list[begin[b->chart_of[t]] + place[t]] = (uint32_t)t;
+    }
+}
+
+// How much of a chart's halves is smooth and exceeds the deviation from their mean, over what did so before.
+static double sss_atlas__new_excess(sss_atlas__grower *g, const sss_atlas__division *d, uint32_t chart)
+{
+    const sss_atlas__build *b = g->b;
+    sss_atlas__region half[2];
+    double excess = 0.0;
+    uint32_t i;
+    int k;
+    sss_atlas__start_region(&half[0], SSS_ATLAS__NONE);
+    sss_atlas__start_region(&half[1], SSS_ATLAS__NONE);
+    for (i = 0; i < d->count; i++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            half[d->part[i]].sum[k] += b->area[d->triangles[i]] * b->normal[d->triangles[i]][k];
+        }
+    }
+    sss_atlas__set_axis(&half[0]);
+    sss_atlas__set_axis(&half[1]);
+    for (i = 0; i < d->count; i++)
+    {
+        const uint32_t t = d->triangles[i];
+        const int was = sss_atlas__beyond(g, &g->regions[chart], t) > 0;
+        const int is = sss_atlas__beyond(g, &half[d->part[i]], t) > 0;
+        excess += g->rough[t] ? 0.0 : (is - was) * b->area[t];
+    }
+    return excess;
+}
+
+// The second half becomes a chart of its own.
+static void sss_atlas__part_from(sss_atlas__grower *g, const sss_atlas__division *d, uint32_t chart)
+{
+    const uint32_t other = (uint32_t)g->count++;
+    uint32_t i;
+    sss_atlas__start_region(&g->regions[chart], SSS_ATLAS__NONE);
+    sss_atlas__start_region(&g->regions[other], SSS_ATLAS__NONE);
+    for (i = 0; i < d->count; i++)
+    {
+        const uint32_t region = d->part[i] == 0 ? chart : other;
+        g->b->chart_of[d->triangles[i]] = region;
+        sss_atlas__add_triangle(g, &g->regions[region], d->triangles[i], 1);
+    }
+    sss_atlas__set_axis(&g->regions[chart]);
+    sss_atlas__set_axis(&g->regions[other]);
+}
+
+// Halves a chart if both halves are worth it, and rounder. The second one gets a number.
+static int sss_atlas__cut_chart(sss_atlas__grower *g, sss_atlas__division *d, uint32_t chart)
+{
+    sss_atlas__build *b = g->b;
+    double area[2] = {0.0, 0.0}, outline[2] = {0.0, 0.0}, before = 0.0;
+    uint32_t i;
+    int k, good;
+    if (sss_atlas__halve(d) != 2)
+    {
+        return 0;
+    }
+    for (i = 0; i < d->count; i++)
+    {
+        const uint32_t t = d->triangles[i], part = d->part[i];
+        if (part > 1) // collapsed
+        {
+            d->part[i] = 0;
+            continue;
+        }
+        area[part] += b->area[t];
+        for (k = 0; k < 3; k++)
+        {
+            const uint32_t e = 3 * t + (uint32_t)k, f = sss_atlas__twin_inside(b, e);
+            const double length = sss_atlas__edge_length(b, e);
+            before += f == SSS_ATLAS__NONE ? length : 0.0;
+            outline[part] += f == SSS_ATLAS__NONE || d->part[sss_atlas__rank(d, f / 3)] != part ? length : 0.0;
+        }
+    }
+    good = sss_atlas__min(area[0], area[1]) >= SSS_ATLAS__LEAST_CUT * g->area &&
+           outline[0] * outline[0] + outline[1] * outline[1] < before * before &&
+           sss_atlas__new_excess(g, d, chart) <= SSS_ATLAS__SMALL_EXCESS_SHARE * g->regions[chart].rough;
+    if (good)
+    {
+        sss_atlas__part_from(g, d, chart);
+    }
+    return good;
+}
+
+// Charts that are far from round are halved across, which cuts arms off.
+static void sss_atlas__cut(sss_atlas__grower *g, double roundest)
+{
+    uint32_t *begin = g->table, *list; // of the table's 3 T
+    sss_atlas__division d;
+    int round, cuts = 1;
+    memset(&d, 0, sizeof d);
+    d.b = g->b;
+    d.part = g->order;
+    d.place = g->queue;
+    d.heap = g->heap;
+    for (round = 0; round < SSS_ATLAS__CUTTING_ROUNDS && cuts > 0; round++)
+    {
+        const size_t count = g->count;
+        size_t c;
+        sss_atlas__find_pairs(g); // outlines
+        list = begin + count + 1;
+        sss_atlas__list_charts(g, begin, list, g->queue);
+        for (c = 0, cuts = 0; c < count; c++)
+        {
+            sss_atlas__region *r = &g->regions[c];
+            if (!r->whole_stays && r->area > 2.0 * SSS_ATLAS__LEAST_CUT * g->area &&
+                sss_atlas__unroundness(r->outline, r->area) > roundest)
+            {
+                d.triangles = list + begin[c];
+                d.count = r->triangle_count;
+                r->whole_stays = !sss_atlas__cut_chart(g, &d, (uint32_t)c);
+                cuts += !r->whole_stays;
+            }
+        }
+    }
+    sss_atlas__renumber(g, 0);
+}
+
+// Specks go to a neighbour. Where charts are projected, one from which they are seen is better.
+static void sss_atlas__absorb_specks(sss_atlas__grower *g, sss_atlas__rule *rule)
+{
+    rule->specks = 1;
+    rule->near = rule->far = rule->last = g->last;
+    if (g->b->options.method == SSS_ATLAS_ORTHOGRAPHIC)
+    {
+        sss_atlas__merge_and_number(g, rule);
+    }
+    rule->near = rule->far = rule->last = -2.0; // any
+    sss_atlas__merge_and_number(g, rule);
+}
+
+// Steps 1 to 5 of above.
+static void sss_atlas__make_charts(sss_atlas__grower *g)
+{
+    const double deviation = g->b->options.normal_deviation;
+    sss_atlas__rule rule;
+    size_t t;
+    for (t = 0; t < g->b->triangle_count; t++)
+    {
+        g->area += g->b->area[t];
+    }
+    memset(&rule, 0, sizeof rule);
+    rule.near = g->near;
+    rule.far = g->far;
+    rule.last = g->last;
+    rule.share[0] = g->share[0] = SSS_ATLAS__EXCESS_SHARE;
+    rule.share[1] = g->share[1] = SSS_ATLAS__OUTLIER_SHARE;
+    rule.scale = g->scale;
+    rule.roundest = g->b->options.compactness > 0.0
+                        ? SSS_ATLAS__ROUNDEST + SSS_ATLAS__SPREAD / g->b->options.compactness : 0.0;
+    sss_atlas__order_by_flatness(g, (double (*)[3])g->facings->normal);
+    sss_atlas__seed_rest(g, sss_atlas__cosine(SSS_ATLAS__CELL * deviation));
+    sss_atlas__renumber(g, 0);
+    sss_atlas__merge_and_number(g, &rule);
+    sss_atlas__dissolve(g, HUGE_VAL);
+    sss_atlas__renumber(g, 0);
+    g->share[0] = SSS_ATLAS__SMALL_EXCESS_SHARE;
+    g->share[1] = SSS_ATLAS__SMALL_OUTLIER_SHARE;
+    sss_atlas__dissolve(g, SSS_ATLAS__SMALL * g->area);
+    sss_atlas__renumber(g, 0);
+    if (rule.roundest > 0.0)
+    {
+        sss_atlas__cut(g, SSS_ATLAS__CUT_FROM * rule.roundest);
+        rule.share[0] = SSS_ATLAS__SMALL_EXCESS_SHARE;
+        rule.share[1] = SSS_ATLAS__SMALL_OUTLIER_SHARE;
+        sss_atlas__merge_and_number(g, &rule);
+    }
+    rule.near = sss_atlas__cosine(g->b->options.normal_deviation);
+    sss_atlas__unite(g, &rule);
+    rule.roundest = 0.0;
+    sss_atlas__absorb_specks(g, &rule);
+    sss_atlas__smooth(g);
+    sss_atlas__renumber(g, 0);
+}
+
+// Merges on, with deviations that grow step by step, until there are no more than max_charts. Orthographic charts
+// must not fold over; the others need no common direction.
+static void sss_atlas__limit_charts(sss_atlas__grower *g)
+{
+    const sss_atlas_options *o = &g->b->options;
+    const double step = 5.0; // degrees
+    const double last = o->method == SSS_ATLAS_ORTHOGRAPHIC ? SSS_ATLAS__GRAZING : 180.0;
+    double angle = o->normal_deviation;
+    sss_atlas__rule rule;
+    memset(&rule, 0, sizeof rule);
+    rule.scale = g->scale;
+    rule.least = o->max_charts;
+    rule.share[0] = rule.share[1] = SSS_ATLAS__SMALL_OUTLIER_SHARE; // those that charts have already
+    rule.last = o->method == SSS_ATLAS_ORTHOGRAPHIC ? sss_atlas__cosine(SSS_ATLAS__HIDDEN) : -2.0;
+    while (o->max_charts > 0 && g->count > o->max_charts && angle < last)
+    {
+        angle = sss_atlas__min(angle + step, last);
+        rule.near = rule.far = angle < 180.0 ? sss_atlas__cosine(angle) : -2.0;
+        sss_atlas__merge_and_number(g, &rule);
+    }
+}
+
+static sss_result sss_atlas__grow_charts(sss_atlas__build *b)
+{
+    sss_atlas__grower g;
+    sss_result result = sss_atlas__take_grower(&g, b);
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    sss_atlas__make_charts(&g);
+    sss_atlas__limit_charts(&g);
+    result = sss_atlas__attach_collapsed(b);
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    sss_atlas__renumber(&g, 0);
+    b->chart_count = g.count;
+    sss_atlas__drop_grower(&g);
     return SSS_OK;
 }
 // ---- laying flat ----
@@ -3208,10 +3521,13 @@ static int sss_atlas__overlaps_itself(sss_atlas__sheet *s, int strict)
     return meets == 2 || !sss_atlas__has_one_outline(s) || (meets == 1 && sss_atlas__triangles_meet(s, NULL));
 }
 
-// Moves boundary vertices out of the way of edges that rounding could take them across. 1: none is in the way.
+// Moves boundary vertices out of the way of edges that rounding could take them across. 1: none is in the way now.
+// Else nothing is moved.
 static int sss_atlas__part(sss_atlas__sheet *s)
 {
+    sss_atlas__points from = s->v[8];
     int round;
+    sss_atlas__copy_points(s->n, (const double (*)[2])s->p, from);
     for (round = 0; round < SSS_ATLAS__PARTINGS; round++)
     {
         s->parting = 0;
@@ -3224,13 +3540,19 @@ static int sss_atlas__part(sss_atlas__sheet *s)
         sss_atlas__outline_meets(s);
     }
     s->parting = 0;
+    sss_atlas__copy_points(s->n, (const double (*)[2])from, s->p);
     return 0;
 }
 
-// The test that ends every method: no overlap now, and none when texture coordinates are rounded.
+// The test that ends every method: no overlap, and if possible none when texture coordinates are rounded.
 static int sss_atlas__is_sound(sss_atlas__sheet *s)
 {
-    return sss_atlas__part(s) && !sss_atlas__overlaps_itself(s, 0);
+    if (sss_atlas__part(s) && !sss_atlas__overlaps_itself(s, 0))
+    {
+        return 1;
+    }
+    sss_atlas__copy_points(s->n, (const double (*)[2])s->v[8], s->p);
+    return !sss_atlas__overlaps_itself(s, 0);
 }
 
 // ---- seen from above ----
@@ -4259,7 +4581,9 @@ static int sss_atlas__start(sss_atlas__sheet *s)
 {
     const int seen = sss_atlas__view(s, 1);
     const int parted = sss_atlas__part(s), positive = seen && sss_atlas__is_positive(s, 1);
-    const int simple = parted && sss_atlas__outline_meets(s) == 0 && sss_atlas__has_one_outline(s);
+    int simple;
+    s->gap = parted ? s->gap : 0.0;
+    simple = sss_atlas__outline_meets(s) == 0 && sss_atlas__has_one_outline(s);
     sss_atlas__fix(s, s->edges);
     if (simple && (positive || sss_atlas__even_out(s, SSS_ATLAS__START_ROUNDS)))
     {
@@ -4779,9 +5103,12 @@ static void sss_atlas__minimal_box(const double (*points)[2], size_t count, sss_
 #define SSS_ATLAS__SQUARE_LEVELS 7 // up to 64 cells on a side
 #define SSS_ATLAS__HIGH 32         // cells: for higher charts every other row is searched
 #define SSS_ATLAS__SETTLES 8       // moves by a cell in the end
+#define SSS_ATLAS__MANY 1500       // charts: quarter turns do for the others, and fewer samples
+#define SSS_ATLAS__SEARCHES 8      // of these many, one in so many begins at the bottom
+#define SSS_ATLAS__MASSES 20000    // charts: beyond, one rotation does
 #define SSS_ATLAS__MOST_CELLS 4096 // on a side of the grid on which charts are placed
 
-// Cells in a row: [x, end). Written as where reads of the table of power `level` begin, see sss_atlas__occupancy.
+// Cells in a row: [x, end); 2^level is the largest power of two in it, see sss_atlas__occupancy.
 typedef struct sss_atlas__span
 {
     int32_t y, x, end, level;
@@ -4801,10 +5128,10 @@ typedef struct sss_atlas__mask
     double cells;                  // that are covered
 } sss_atlas__mask;
 
-typedef struct sss_atlas__place
+typedef struct sss_atlas__placement
 {
     int32_t x, y, turn;
-} sss_atlas__place;
+} sss_atlas__placement;
 
 // A chart's outline: edges on its boundary.
 typedef struct sss_atlas__outline
@@ -4812,10 +5139,12 @@ typedef struct sss_atlas__outline
     size_t first, count;           // edges
     double center[2], axis[2], sides[2];
     double area;                   // mm^2 in the plane
+    int32_t turns;                 // rotations tried
 } sss_atlas__outline;
 
-// Which cells are taken: what charts cover and gap cells around, and what is outside of the texture's margin. Table j holds a bit for cell x where any of the
-// cells x .. x + 2^j - 1 is taken, so that two reads decide for 64 places at a time whether a run fits.
+// Which cells are taken: what charts cover and gap cells around, and what is outside of the texture's margin. Table j
+// holds a bit for cell x where any of the cells x .. x + 2^j - 1 is taken, so that two reads decide for 64 places at a
+// time whether a run fits.
 typedef struct sss_atlas__occupancy
 {
     int32_t size;                  // cells on a side, with the frame
@@ -4823,7 +5152,7 @@ typedef struct sss_atlas__occupancy
     int32_t levels;
     size_t words;                  // in a row, one more than needed
     uint64_t *bits;                // [levels][size][words]
-    uint64_t *squares;             // [SQUARE_LEVELS][size][words] the same for squares of 2^j cells to the right, upwards
+    uint64_t *squares;             // [SQUARE_LEVELS][size][words] the same for squares of 2^j x 2^j cells
     int32_t *spacious;             // [size] the largest j with a free square in a row; -1: full
     int32_t *skyline;              // [words] the row above which a column of words is free, but for the frame
     int32_t *roomy;                // [size] the largest j with a free run of 2^j cells in a row; -1: full
@@ -4851,6 +5180,10 @@ typedef struct sss_atlas__packer
     double missing;                // share of those that did not fit
     uint64_t seed;
     double placed;                 // share of the texture that was placed before the first chart that did not fit
+    int32_t floor, lowest;         // the row where searches begin, the lowest where a mask fitted
+    size_t searches;
+    size_t most_samples;           // of a mask
+    int32_t square_levels;
     double lean;                   // how much a chart's height counts beside its place
     int32_t window;                // rows above the lowest place that are searched for a better one
     uint64_t *canvas, *toggle;     // room to draw one mask
@@ -4860,6 +5193,7 @@ typedef struct sss_atlas__packer
     uint64_t *blocked;             // [3][words] scratch
     int32_t *tops;                 // [words] scratch: the skyline under a mask
     sss_atlas__item *items, *items_scratch;
+    double most_work;
     double work;                   // words read and written: what the search may cost is counted, not timed
 } sss_atlas__packer;
 
@@ -5184,7 +5518,7 @@ static int sss_atlas__sample_ring(sss_atlas__packer *p, sss_atlas__mask *m, size
                 }
             }
         }
-        stride = seen / SSS_ATLAS__SAMPLES + 1;
+        stride = seen / p->most_samples + 1;
     }
     m->sample_count = (uint32_t)p->sample_count - m->first_sample;
     return 1;
@@ -5205,7 +5539,7 @@ static void sss_atlas__find_squares(sss_atlas__packer *p, sss_atlas__mask *m, si
     size_t row, word, seen = 0, count = 0, left = rows;
     int32_t level = 0;
     memcpy(at, p->canvas, words * rows * sizeof *at);
-    for (; level + 1 < SSS_ATLAS__SQUARE_LEVELS; level++) // corners of squares twice as large
+    for (; level + 1 < p->square_levels; level++) // corners of squares twice as large
     {
         const size_t by = (size_t)1 << level;
         uint64_t any = 0;
@@ -5380,7 +5714,7 @@ static void sss_atlas__update_squares(sss_atlas__packer *p, int32_t y0, int32_t 
     size_t i;
     memcpy(o->squares + (size_t)y0 * o->words, o->bits + (size_t)y0 * o->words,
            (size_t)(y1 - y0) * o->words * sizeof *o->bits);
-    for (level = 0; level < SSS_ATLAS__SQUARE_LEVELS; level++)
+    for (level = 0; level < p->square_levels; level++)
     {
         const int32_t by = level > 0 ? (int32_t)1 << (level - 1) : 0, reach = level > 0 ? 2 * by - 1 : 0;
         const size_t first = x0 > reach ? (size_t)(x0 - reach) / 64 : 0;
@@ -5407,7 +5741,7 @@ static void sss_atlas__update_squares(sss_atlas__packer *p, int32_t y0, int32_t 
             }
         }
     }
-    p->work += (double)(SSS_ATLAS__SQUARE_LEVELS * (y1 - y0 + 64)) * (double)(last - (size_t)x0 / 64 + o->words / 4 + 1);
+    p->work += (y1 - y0 + 32.0) * (double)p->square_levels * (double)(last - (size_t)x0 / 64 + o->words / 4 + 1);
 }
 
 // Everything free again, with room for the masks that have been drawn; tables are stale. 0: no memory.
@@ -5550,16 +5884,16 @@ static int sss_atlas__find_in_row(sss_atlas__packer *p, const sss_atlas__mask *m
     {
         const sss_atlas__span *square = &m->squares[i];
         const size_t at = (size_t)(x0 + square->x);
+        const uint64_t *row = o->squares + ((size_t)square->level * table + (size_t)(y + square->y)) * o->words;
         p->work += 0.5 * (double)count + 2.0;
-        count = sss_atlas__block_places(o->squares + ((size_t)square->level * table + (size_t)(y + square->y)) * o->words, at,
-                                 at, blocked, open, count);
+        count = sss_atlas__block_places(row, at, at, blocked, open, count);
     }
     for (; run < end && count > 0; run++)
     {
         const uint64_t *row = o->bits + ((size_t)run->level * table + (size_t)(y + run->y)) * o->words;
+        const size_t at = (size_t)(x0 + run->x), to = (size_t)(x0 + run->end - ((int32_t)1 << run->level));
         p->work += (double)count + 2.0;
-        count = sss_atlas__block_places(row, (size_t)(x0 + run->x), (size_t)(x0 + run->end - ((int32_t)1 << run->level)),
-                                 blocked, open, count);
+        count = sss_atlas__block_places(row, at, to, blocked, open, count);
     }
     return count + clear > 0;
 }
@@ -5628,7 +5962,8 @@ static void sss_atlas__set_grid(sss_atlas__packer *p, size_t size, int32_t step,
 {
     const sss_atlas_options *options = &p->b->options;
     const int32_t border = options->border > 0 ? options->border : 0;
-    const int32_t gap = options->gutter > 2 * border ? options->gutter : 2 * border, margin = border > 1 ? border : 1;
+    const int32_t gap = options->gutter > 2 * border ? options->gutter : 2 * border;
+    const int32_t most = ((int32_t)size - 1) / 2, margin = border < most ? border : most; // a texel is left in any case
     p->step = step;
     p->size = (int32_t)size / step;
     p->gap = (gap + step - 1) / step;
@@ -5655,7 +5990,7 @@ static int sss_atlas__draw_all(sss_atlas__packer *p)
     int32_t turn;
     for (chart = 0; chart < p->count; chart++)
     {
-        for (turn = 0; turn < p->turns; turn++)
+        for (turn = 0; turn < p->outlines[chart].turns; turn++)
         {
             if (!sss_atlas__draw_mask(p, chart, turn))
             {
@@ -5747,7 +6082,7 @@ static int sss_atlas__try_row(sss_atlas__packer *p, const sss_atlas__mask *m, si
 static int sss_atlas__place_mask(sss_atlas__packer *p, const sss_atlas__mask *m, double *best, int32_t out[2])
 {
     const int32_t x0 = p->margin, x1 = p->size - p->margin - m->size[0], last = p->size - p->margin - m->size[1];
-    const int32_t skip = m->size[1] > SSS_ATLAS__HIGH ? 2 : 1; // every other row does for high charts: they settle later
+    const int32_t skip = m->size[1] > SSS_ATLAS__HIGH ? 2 : 1; // high charts settle later
     const size_t words = x1 >= x0 ? (size_t)(x1 - x0) / 64 + 1 : 0;
     uint64_t *rows[3];
     int32_t y, first = -1;
@@ -5762,7 +6097,7 @@ static int sss_atlas__place_mask(sss_atlas__packer *p, const sss_atlas__mask *m,
         rows[k] = p->blocked + (size_t)k * (p->row_room / 64 + 2);
         memset(rows[k], 0xff, words * sizeof *rows[k]);
     }
-    for (y = p->margin; y <= last + skip && (first < 0 || y <= first + p->window + skip); y += first < 0 ? 1 : skip)
+    for (y = p->floor; y <= last + skip && (first < 0 || y <= first + p->window + skip); y += first < 0 ? 1 : skip)
     {
         uint64_t *oldest = rows[0];
         const uint64_t *three[3];
@@ -5777,6 +6112,7 @@ static int sss_atlas__place_mask(sss_atlas__packer *p, const sss_atlas__mask *m,
         else if (sss_atlas__find_in_row(p, m, x0, x1, y, oldest) && first < 0)
         {
             first = y;
+            p->lowest = y < p->lowest ? y : p->lowest;
         }
         three[0] = rows[0];
         three[1] = rows[1];
@@ -5791,7 +6127,7 @@ static int sss_atlas__place_mask(sss_atlas__packer *p, const sss_atlas__mask *m,
 }
 
 // Moves a mask to neighbouring places as long as contact grows.
-static void sss_atlas__settle(sss_atlas__packer *p, const sss_atlas__mask *m, sss_atlas__place *place)
+static void sss_atlas__settle(sss_atlas__packer *p, const sss_atlas__mask *m, sss_atlas__placement *place)
 {
     const double per_sample = (double)p->size / (double)m->sample_count;
     double best = per_sample * sss_atlas__contact(p, m, place->x, place->y) - place->y;
@@ -5819,20 +6155,36 @@ static void sss_atlas__settle(sss_atlas__packer *p, const sss_atlas__mask *m, ss
     }
 }
 
-// Finds the best place for a chart in any rotation and takes it. turn is -1 where there is none.
-static int sss_atlas__place_chart(sss_atlas__packer *p, size_t chart, sss_atlas__place *place)
+// Finds the best place for a chart in any rotation and takes it. turn is -1 where there is none. Of many charts only
+// one in SEARCHES looks from the very bottom, and tells the following ones where to begin.
+static int sss_atlas__place_chart(sss_atlas__packer *p, size_t chart, sss_atlas__placement *place)
 {
+    int bottom = p->count <= SSS_ATLAS__MANY || p->searches++ % SSS_ATLAS__SEARCHES == 0;
     double best = -1e300;
     int32_t turn, at[2];
     place->turn = -1;
-    for (turn = 0; turn < p->turns; turn++)
+    for (;;)
     {
-        if (sss_atlas__place_mask(p, sss_atlas__mask_of(p, chart, turn), &best, at))
+        p->floor = bottom ? p->margin : p->floor;
+        p->lowest = p->size;
+        for (turn = 0; turn < p->turns; turn++)
         {
-            place->x = at[0];
-            place->y = at[1];
-            place->turn = turn;
+            if (sss_atlas__place_mask(p, sss_atlas__mask_of(p, chart, turn), &best, at))
+            {
+                place->x = at[0];
+                place->y = at[1];
+                place->turn = turn;
+            }
         }
+        if (place->turn >= 0 || bottom)
+        {
+            break;
+        }
+        bottom = 1;
+    }
+    if (bottom && place->turn >= 0)
+    {
+        p->floor = p->lowest;
     }
     if (place->turn >= 0)
     {
@@ -5844,7 +6196,7 @@ static int sss_atlas__place_chart(sss_atlas__packer *p, size_t chart, sss_atlas_
 
 // Places charts in order.   all  goes on after the first that does not fit
 // p->placed is the share before it. 1: all are placed, 0: no, -1: no memory.
-static int sss_atlas__pack_in_order(sss_atlas__packer *p, const uint32_t *order, int all, sss_atlas__place *places)
+static int sss_atlas__pack_in_order(sss_atlas__packer *p, const uint32_t *order, int all, sss_atlas__placement *places)
 {
     size_t i;
     int fits = 1;
@@ -5854,6 +6206,7 @@ static int sss_atlas__pack_in_order(sss_atlas__packer *p, const uint32_t *order,
     }
     sss_atlas__update_all(p);
     p->placed = p->missing = 0.0;
+    p->searches = 0;
     for (i = 0; i < p->count && (fits || all); i++)
     {
         fits = sss_atlas__place_chart(p, order[i], &places[order[i]]) && fits;
@@ -5872,7 +6225,7 @@ static double sss_atlas__random(sss_atlas__packer *p)
 
 // Clears a part of the texture, and places what was there anew together with what is missing, the largest first more
 // or less. Returns whether less is missing afterwards, or no more.   places  changed in any case
-static int sss_atlas__shake(sss_atlas__packer *p, sss_atlas__place *places)
+static int sss_atlas__shake(sss_atlas__packer *p, sss_atlas__placement *places)
 {
     const double before = p->missing;
     double largest = 0.0, middle[2], reach;
@@ -5984,7 +6337,9 @@ static sss_result sss_atlas__begin_packing(sss_atlas__packer *p, sss_atlas__buil
     memset(p, 0, sizeof *p);
     p->b = b;
     p->count = b->chart_count;
-    p->turns = b->options.rotations;
+    p->turns = p->count <= SSS_ATLAS__MASSES ? b->options.rotations : 1;
+    p->square_levels = p->count <= SSS_ATLAS__MANY ? SSS_ATLAS__SQUARE_LEVELS : 4;
+    p->most_samples = p->count <= SSS_ATLAS__MANY ? SSS_ATLAS__SAMPLES : SSS_ATLAS__SAMPLES / 4;
     for (chart = 0; chart < p->count; chart++)
     {
         const size_t corners = 3 * (size_t)b->charts[chart].triangle_count;
@@ -6083,19 +6438,20 @@ static double sss_atlas__guess_scale(const sss_atlas__packer *p, size_t size, do
 #define SSS_ATLAS__MOST_TEXELS 16384 // on a side
 #define SSS_ATLAS__FULL 0.77         // needed share at which charts should fit easily
 #define SSS_ATLAS__SCALE_TRIES 300   // each at least 1 % smaller, mostly much more: from any start to points
+#define SSS_ATLAS__MORE_TRIES 30     // after the first success
 #define SSS_ATLAS__FINEST 1.0015     // ratio of scales: no finer
 #define SSS_ATLAS__SMALL_GROWTH 0.002
 #define SSS_ATLAS__PACK_WORK 2e8     // words; about 0.7 s. The first success is waited for however long it takes
+#define SSS_ATLAS__CELL_WORK 400.0  // words for each cell: small textures are not worth as much
 #define SSS_ATLAS__SHAKES 25         // at one scale
 #define SSS_ATLAS__LITTLE 0.02       // share of the texture that may be missing before it is worth shaking
-#define SSS_ATLAS__MANY 1000         // charts: beyond, shaking does not pay
 
 typedef struct sss_atlas__search
 {
     uint32_t *orders[4];       // [count] each
-    sss_atlas__place *places;  // [count] of the try under way
-    sss_atlas__place *trial;   // [count] scratch
-    sss_atlas__place *best;    // [count] of the last that succeeded
+    sss_atlas__placement *places;  // [count] of the try under way
+    sss_atlas__placement *trial;   // [count] scratch
+    sss_atlas__placement *best;    // [count] of the last that succeeded
     int variant;               // the order tried first
 } sss_atlas__search;
 
@@ -6104,13 +6460,13 @@ static int sss_atlas__shake_down(sss_atlas__packer *p, sss_atlas__search *s)
 {
     double missing = p->missing;
     int turn;
-    for (turn = 0; turn < SSS_ATLAS__SHAKES && missing > 0.0 && p->work < SSS_ATLAS__PACK_WORK; turn++)
+    for (turn = 0; turn < SSS_ATLAS__SHAKES && missing > 0.0 && p->work < p->most_work; turn++)
     {
         memcpy(s->trial, s->places, p->count * sizeof *s->trial);
         p->missing = missing;
         if (sss_atlas__shake(p, s->trial))
         {
-            sss_atlas__place *swap = s->places;
+            sss_atlas__placement *swap = s->places;
             s->places = s->trial;
             s->trial = swap;
             missing = p->missing;
@@ -6133,7 +6489,7 @@ static int sss_atlas__try_grid(sss_atlas__packer *p, sss_atlas__search *s)
     }
     if (fits > 0)
     {
-        sss_atlas__place *swap = s->best;
+        sss_atlas__placement *swap = s->best;
         s->best = s->places;
         s->places = swap;
     }
@@ -6159,7 +6515,7 @@ static double sss_atlas__first_scale(sss_atlas__packer *p, size_t size, int32_t 
         }
         share = sss_atlas__needed_share(p);
         factor = share > 1e200 ? 0.9 : sss_atlas__factor_for(p, SSS_ATLAS__FULL);
-        if ((factor > 0.97 && factor < 1.03) || (i > 2 && factor > 1.0))
+        if ((factor > 0.97 && factor < 1.03) || (i > 2 && factor > 1.0) || sss_atlas__all_tiny(p))
         {
             break;
         }
@@ -6209,9 +6565,18 @@ static sss_result sss_atlas__search_scale(sss_atlas__packer *p, size_t size, sss
 {
     const int points = sss_atlas__are_points(p);
     const int32_t step = sss_atlas__choose_step(p, size);
-    double scale = sss_atlas__first_scale(p, size, step), range[2] = {0.0, 0.0}, growth = 0.008;
-    int tries, fits;
-    for (tries = 0; tries < SSS_ATLAS__SCALE_TRIES && !(range[0] > 0.0 && p->work > SSS_ATLAS__PACK_WORK); tries++)
+    double scale = 0.0, range[2] = {0.0, 0.0}, growth = 0.008;
+    double room;
+    int tries, fits, more = SSS_ATLAS__MORE_TRIES;
+    sss_atlas__set_grid(p, size, step, 1.0);
+    p->most_work = sss_atlas__min(SSS_ATLAS__PACK_WORK, SSS_ATLAS__CELL_WORK * p->size * p->size);
+    room = (double)(p->size - 2 * p->margin + p->gap) / (1 + p->gap);
+    if (p->size <= 2 * p->margin || room * room < (double)p->count)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT; // a cell for each and its gap are more than there is
+    }
+    scale = sss_atlas__first_scale(p, size, step);
+    for (tries = 0; tries < SSS_ATLAS__SCALE_TRIES && more > 0; tries++)
     {
         double share;
         sss_atlas__set_grid(p, size, step, scale);
@@ -6236,6 +6601,7 @@ static sss_result sss_atlas__search_scale(sss_atlas__packer *p, size_t size, sss
             break;
         }
         sss_atlas__next_scale(p, share, fits, range, &scale, &growth);
+        more = range[0] <= 0.0 ? more : p->work > p->most_work ? 0 : more - 1;
     }
     *best_scale = range[0];
     return range[0] > 0.0 ? SSS_OK : SSS_ERROR_INVALID_ARGUMENT;
@@ -6246,6 +6612,7 @@ static sss_result sss_atlas__search_size(sss_atlas__packer *p, double scale, sss
 {
     size_t size = 4, low = 0, high = 0; // low: too small; high: fits
     int fits;
+    p->most_work = SSS_ATLAS__PACK_WORK;
     while (size < SSS_ATLAS__MOST_TEXELS && sss_atlas__guess_scale(p, size, 0.7) < scale)
     {
         size += 4;
@@ -6264,7 +6631,7 @@ static sss_result sss_atlas__search_size(sss_atlas__packer *p, double scale, sss
         }
         low = fits ? low : size;
         high = fits ? size : high;
-        if (high > 0 && p->work > SSS_ATLAS__PACK_WORK)
+        if (high > 0 && p->work > p->most_work)
         {
             break;
         }
@@ -6284,7 +6651,7 @@ static sss_result sss_atlas__search_size(sss_atlas__packer *p, double scale, sss
 }
 
 // Texture coordinates of all charts at their places.
-static sss_result sss_atlas__write_grid(sss_atlas__packer *p, size_t size, const sss_atlas__place *places)
+static sss_result sss_atlas__write_grid(sss_atlas__packer *p, size_t size, const sss_atlas__placement *places)
 {
     sss_atlas__build *b = p->b;
     size_t chart, i;
@@ -6355,13 +6722,13 @@ static sss_result sss_atlas__pack(sss_atlas__build *b)
     sss_atlas__packer packer, *p = &packer;
     sss_atlas__search search;
     double scale = b->options.texels_per_mm;
-    size_t size = b->options.size;
+    size_t size = b->options.size, i;
     int kind;
     sss_result result = sss_atlas__begin_packing(p, b);
     memset(&search, 0, sizeof search);
-    search.places = (sss_atlas__place *)sss_atlas__take(&b->memory, p->count, sizeof *search.places);
-    search.trial = (sss_atlas__place *)sss_atlas__take(&b->memory, p->count, sizeof *search.trial);
-    search.best = (sss_atlas__place *)sss_atlas__take(&b->memory, p->count, sizeof *search.best);
+    search.places = (sss_atlas__placement *)sss_atlas__take(&b->memory, p->count, sizeof *search.places);
+    search.trial = (sss_atlas__placement *)sss_atlas__take(&b->memory, p->count, sizeof *search.trial);
+    search.best = (sss_atlas__placement *)sss_atlas__take(&b->memory, p->count, sizeof *search.best);
     for (kind = 0; kind < 4 && result == SSS_OK; kind++)
     {
         search.orders[kind] = (uint32_t *)sss_atlas__take(&b->memory, p->count, sizeof(uint32_t));
@@ -6369,6 +6736,11 @@ static sss_result sss_atlas__pack(sss_atlas__build *b)
         {
             sss_atlas__order_charts(p, kind, search.orders[kind]);
         }
+    }
+    for (i = 0; i < p->count && !b->memory.failed; i++) // the smaller ones of many: quarter turns
+    {
+        sss_atlas__outline *o = &p->outlines[search.orders[0][i]];
+        o->turns = i < SSS_ATLAS__MANY || p->turns < 4 ? p->turns : 4;
     }
     result = result == SSS_OK && b->memory.failed ? SSS_ERROR_OUT_OF_MEMORY : result;
     if (result == SSS_OK)
@@ -6674,10 +7046,6 @@ static size_t sss_atlas__overlaps_in_cell(const sss_atlas__build *b, const sss_a
             if (sss_atlas__interiors_meet((const int32_t (*)[2])a, (const int32_t (*)[2])c))
             {
                 int32_t ra[2], rc[2], ca[2] = {1, 0}, cc[2] = {1, 0}, row;
-                if (b->bad != NULL) // for who divides charts
-                {
-                    b->bad[items[i].id] = b->bad[items[j].id] = 1;
-                }
                 sss_atlas__rows(cells, (const int32_t (*)[2])a, ra);
                 sss_atlas__rows(cells, (const int32_t (*)[2])c, rc);
                 for (row = ra[0] > rc[0] ? ra[0] : rc[0]; row <= (int32_t)(cell / (size_t)cells->side); row++)
@@ -6689,6 +7057,10 @@ static size_t sss_atlas__overlaps_in_cell(const sss_atlas__build *b, const sss_a
                         break;
                     }
                 }
+                if (b->bad != NULL)
+                {
+                    b->bad[items[i].id] = b->bad[items[j].id] = 1; // whoever can may pull them apart
+                }
                 sum += (size_t)row * (size_t)cells->side + (size_t)(ca[0] > cc[0] ? ca[0] : cc[0]) == cell;
             }
         }
@@ -6698,7 +7070,7 @@ static size_t sss_atlas__overlaps_in_cell(const sss_atlas__build *b, const sss_a
 
 #define SSS_ATLAS__FEW 16            // in a cell, whose order matters little
 #define SSS_ATLAS__CELL_ENTRIES 8   // cells are enlarged until triangles lie in so many of them on average
-#define SSS_ATLAS__OVERLAP_TESTS 300 // tests for each triangle on average: beyond it must be a heap of overlaps
+#define SSS_ATLAS__OVERLAP_TESTS 500 // tests for each triangle on average: beyond it must be a heap of overlaps
 
 // Makes the cells as fine as their number of entries allows. 0: no memory.
 static int sss_atlas__make_cells(sss_atlas__build *b, sss_atlas__cells *cells, size_t *most_in_cell)
@@ -6739,13 +7111,14 @@ static int sss_atlas__make_cells(sss_atlas__build *b, sss_atlas__cells *cells, s
     return 1;
 }
 
-// Triangles of a cell, sorted along whichever of four directions they are the least long, so that needles side by side
+// Triangles of a cell, sorted along whichever of eight directions they are the least long, so that needles side by side
 // are not all compared with each other.
 static void sss_atlas__sort_cell(const sss_atlas__build *b, const uint32_t *triangles, size_t count,
                                  sss_atlas__item *items, sss_atlas__item *scratch)
 {
-    static const double directions[4][2] = {{1.0, 0.0}, {0.0, 1.0}, {0.75, 0.75}, {0.75, -0.75}};
-    const int tries = count > SSS_ATLAS__FEW ? 4 : 1;
+    static const double directions[8][2] = {{1.0, 0.0}, {0.0, 1.0}, {1.0, 1.0},  {1.0, -1.0},
+                                            {2.0, 1.0}, {1.0, 2.0}, {2.0, -1.0}, {1.0, -2.0}};
+    const int tries = count > SSS_ATLAS__FEW ? 8 : 1;
     double least = 1e300;
     int pass, best = 0;
     size_t i;
@@ -6772,6 +7145,7 @@ static void sss_atlas__sort_cell(const sss_atlas__build *b, const uint32_t *tria
             items[i].id = triangles[i];
             sum += items[i].second - items[i].key;
         }
+        sum /= sqrt(d[0] * d[0] + d[1] * d[1]);
         if (pass < tries && sum < least)
         {
             least = sum;
@@ -8655,9 +9029,14 @@ static void sss_atlas__scale_floats(float *values, size_t count, double scale, i
     size_t i;
     for (i = 0; i < count; i++)
     {
-        const double exact = sss_atlas__min((double)values[i] * scale + carry, SSS_ATLAS__FLOAT_MAX);
-        values[i] = exact > 0.0 ? (float)exact : 0.0f;
-        carry = carries ? exact - (double)values[i] : 0.0;
+        double exact = sss_atlas__min((double)values[i] * scale, SSS_ATLAS__FLOAT_MAX);
+        if (fabs(carry) <= SSS_ATLAS__HALF_ULP * exact) // never more than rounding itself, however small the value
+        {
+            exact += carry;
+            carry = 0.0;
+        }
+        values[i] = (float)sss_atlas__min(exact, SSS_ATLAS__FLOAT_MAX);
+        carry = carries ? carry + exact - (double)values[i] : 0.0;
     }
 }
 
