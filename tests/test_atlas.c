@@ -560,7 +560,8 @@ static void a_wrong_partition_is_caught(void)
     const sss_atlas_options o = options_of(128, SSS_ATLAS_ORTHOGRAPHIC);
     if (closed_sphere(4, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the sphere");
+        test_note("no atlas of the sphere");
+        CHECK(0);
         return;
     }
     uint32_t *chart = (uint32_t *)malloc(f.T * sizeof *chart);
@@ -1227,7 +1228,8 @@ static void wrong_texels_are_caught(void)
     o.normal_deviation = 60.0;
     if (closed_torus(48, 24, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the torus");
+        test_note("no atlas of the torus");
+        CHECK(0);
         return;
     }
     fixture mutant = f;
@@ -1775,7 +1777,8 @@ static void seams_without_borders_are_seen(void)
     o.border = -1;
     if (closed_sphere(5, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the sphere");
+        test_note("no atlas of the sphere");
+        CHECK(0);
         return;
     }
     random_seed(5);
@@ -1835,7 +1838,8 @@ static void images_are_filled(void)
     const sss_atlas_options o = options_of(100, SSS_ATLAS_ORTHOGRAPHIC);
     if (closed_torus(48, 24, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the torus");
+        test_note("no atlas of the torus");
+        CHECK(0);
         return;
     }
     float *values = (float *)malloc(3 * f.x.count * sizeof *values), *image = (float *)malloc(30000 * sizeof *image);
@@ -1876,7 +1880,8 @@ static void fetches_are_bilinear(void)
     double worst = 0.0, linear = 0.0;
     if (closed_torus(48, 24, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the torus");
+        test_note("no atlas of the torus");
+        CHECK(0);
         return;
     }
     random_seed(7);
@@ -2704,6 +2709,7 @@ static void bad_calls_are_refused(void)
     CHECK_EQUAL(sss_atlas_get_texels(NULL, &x), invalid);
     CHECK_EQUAL(sss_atlas_get_texels(f.atlas, NULL), invalid);
     float *values = (float *)calloc(17 * f.x.count, sizeof *values);
+    size_t touched = 0;
     float *image = (float *)malloc(17 * 4096 * sizeof *image), out[17], weights[3] = {0.25f, 0.5f, 0.25f};
     uint32_t triangle = 5;
     memset(image, 0x7f, 17 * 4096 * sizeof *image);
@@ -2736,8 +2742,8 @@ static void bad_calls_are_refused(void)
     CHECK_EQUAL(sss_atlas_fetch(f.atlas, image, 1, &triangle, weights, 1, out), invalid);
     weights[1] = 0.5f;
     for (size_t i = 0; i < sizeof out; ++i)
-        if (((unsigned char *)out)[i] != 0x7f)
-            CHECK(!"out is untouched");
+        touched += ((unsigned char *)out)[i] != 0x7f;
+    CHECK_EQUAL(touched, 0);
     for (size_t i = 0; i < 16 * f.x.count; ++i)
         values[i] = 3.0f;
     CHECK_EQUAL(sss_atlas_fill_image(f.atlas, values, 16, 1024, image), SSS_OK);
