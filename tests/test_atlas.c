@@ -560,7 +560,8 @@ static void a_wrong_partition_is_caught(void)
     const sss_atlas_options o = options_of(128, SSS_ATLAS_ORTHOGRAPHIC);
     if (closed_sphere(4, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the sphere");
+        test_note("no atlas of the sphere");
+        CHECK(0);
         return;
     }
     uint32_t *chart = (uint32_t *)malloc(f.T * sizeof *chart);
@@ -842,14 +843,42 @@ static void orthographic_charts_are_projections(void)
     }
 }
 
-// The boundary polygon of every chart against its convex hull.
+// Whether a chart ends at the edge of a corner.
+static int is_boundary(const fixture *f, const uint32_t *twin, size_t c)
+{
+    return twin[c] == NONE || f->m.chart[twin[c] / 3] != f->m.chart[c / 3];
+}
+
+// The area inside a boundary loop, which begins with the edge of a corner; its edges are marked.
+static double loop_area(const fixture *f, const uint32_t *twin, size_t begin, unsigned char *marked)
+{
+    double twice = 0.0;
+    size_t c = begin;
+    do
+    {
+        double uv[3][2];
+        triangle_uv(f, c / 3, uv);
+        const double *p = uv[c % 3], *q = uv[(c + 1) % 3];
+        twice += p[0] * q[1] - p[1] * q[0];
+        marked[c] = 1;
+        for (c = next_corner(c); !is_boundary(f, twin, c);)
+            c = next_corner(twin[c]);
+    } while (!marked[c]);
+    return 0.5 * twice;
+}
+
+// The outer boundary of every chart against its convex hull; charts may have holes.
 static void measure_convexity(const fixture *f, double *least_filled, size_t *most_corners)
 {
-    uint32_t *twin = twins_of(f), *first = (uint32_t *)calloc(f->m.chart_count + 1, sizeof *first);
+    uint32_t *twin = twins_of(f);
+    unsigned char *marked = (unsigned char *)calloc(3 * f->T + 1, 1);
     double(*points)[2] = (double(*)[2])malloc(3 * f->T * sizeof *points);
     double *area = (double *)calloc(f->m.chart_count + 1, sizeof *area);
     *least_filled = 1.0;
     *most_corners = 0;
+    for (size_t c = 0; c < 3 * f->T; ++c)
+        if (is_boundary(f, twin, c) && !marked[c])
+            area[f->m.chart[c / 3]] = fmax(area[f->m.chart[c / 3]], loop_area(f, twin, c, marked));
     for (size_t c = 0; c < f->m.chart_count; ++c)
     {
         size_t count = 0;
@@ -859,7 +888,6 @@ static void measure_convexity(const fixture *f, double *least_filled, size_t *mo
             if (f->m.chart[t] != c)
                 continue;
             triangle_uv(f, t, uv);
-            area[c] += uv_area(uv);
             for (size_t k = 0; k < 3; ++k)
                 memcpy(points[count++], uv[k], sizeof *points);
         }
@@ -868,7 +896,7 @@ static void measure_convexity(const fixture *f, double *least_filled, size_t *mo
         *most_corners = hull.corners > *most_corners ? hull.corners : *most_corners;
     }
     free(twin);
-    free(first);
+    free(marked);
     free(points);
     free(area);
 }
@@ -897,12 +925,8 @@ static void convex_charts_are_convex(void)
         if (f == NULL)
             continue;
         measure_convexity(f, &filled, &most);
-        CHECK_BELOW(filled, 1.0 + 1e-9);
-        if (which == 2) // rough
-            CHECK_BAR_ABOVE(filled, 1.0 - 1e-3, 0.9, "share of its convex hull that a chart fills");
-        else
-            CHECK_BETWEEN(filled, 1.0 - 1e-3, 1.0 + 1e-9);
-        CHECK(most >= 3 && (which != SMALL_MESHES || most <= 10));
+        CHECK_BETWEEN(filled, 1.0 - 1e-3, 1.0 + 1e-6);
+        CHECK(most >= 3 && (which != SMALL_MESHES || most <= 10)); // some more than asked for, where they must be
         CHECK_EQUAL(f->s.corners, which == SMALL_MESHES ? 4 : which > SMALL_MESHES ? 20 : 8);
         test_note("%zu charts, stretch %.3f, at most %zu corners", f->m.chart_count, f->s.stretch_l2, most);
         fixture_free(&made);
@@ -1227,7 +1251,8 @@ static void wrong_texels_are_caught(void)
     o.normal_deviation = 60.0;
     if (closed_torus(48, 24, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the torus");
+        test_note("no atlas of the torus");
+        CHECK(0);
         return;
     }
     fixture mutant = f;
@@ -1775,7 +1800,8 @@ static void seams_without_borders_are_seen(void)
     o.border = -1;
     if (closed_sphere(5, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the sphere");
+        test_note("no atlas of the sphere");
+        CHECK(0);
         return;
     }
     random_seed(5);
@@ -1835,7 +1861,8 @@ static void images_are_filled(void)
     const sss_atlas_options o = options_of(100, SSS_ATLAS_ORTHOGRAPHIC);
     if (closed_torus(48, 24, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the torus");
+        test_note("no atlas of the torus");
+        CHECK(0);
         return;
     }
     float *values = (float *)malloc(3 * f.x.count * sizeof *values), *image = (float *)malloc(30000 * sizeof *image);
@@ -1876,7 +1903,8 @@ static void fetches_are_bilinear(void)
     double worst = 0.0, linear = 0.0;
     if (closed_torus(48, 24, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
-        CHECK(!"an atlas of the torus");
+        test_note("no atlas of the torus");
+        CHECK(0);
         return;
     }
     random_seed(7);
@@ -2025,8 +2053,8 @@ static void closed_forms_of_stretch(void)
             continue;
         CHECK_EQUAL(f.m.chart_count, 1);
         if (method == 2)
-        {   // the square is a convex polygon already
-            CHECK_BAR_BELOW(f.s.stretch_l2, 1.001, 1.1, "stretch of a square in a convex polygon");
+        {   // the square becomes a polygon of eight corners
+            CHECK_BETWEEN(f.s.stretch_l2, 1.0, 1.1);
             fixture_free(&f);
             continue;
         }
@@ -2704,6 +2732,7 @@ static void bad_calls_are_refused(void)
     CHECK_EQUAL(sss_atlas_get_texels(NULL, &x), invalid);
     CHECK_EQUAL(sss_atlas_get_texels(f.atlas, NULL), invalid);
     float *values = (float *)calloc(17 * f.x.count, sizeof *values);
+    size_t touched = 0;
     float *image = (float *)malloc(17 * 4096 * sizeof *image), out[17], weights[3] = {0.25f, 0.5f, 0.25f};
     uint32_t triangle = 5;
     memset(image, 0x7f, 17 * 4096 * sizeof *image);
@@ -2736,8 +2765,8 @@ static void bad_calls_are_refused(void)
     CHECK_EQUAL(sss_atlas_fetch(f.atlas, image, 1, &triangle, weights, 1, out), invalid);
     weights[1] = 0.5f;
     for (size_t i = 0; i < sizeof out; ++i)
-        if (((unsigned char *)out)[i] != 0x7f)
-            CHECK(!"out is untouched");
+        touched += ((unsigned char *)out)[i] != 0x7f;
+    CHECK_EQUAL(touched, 0);
     for (size_t i = 0; i < 16 * f.x.count; ++i)
         values[i] = 3.0f;
     CHECK_EQUAL(sss_atlas_fill_image(f.atlas, values, 16, 1024, image), SSS_OK);

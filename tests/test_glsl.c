@@ -966,7 +966,8 @@ static void atlas_is_dilated_as_in_c(void)
     atlas_case c;
     if (mesh_sphere(4, 1.0, &mesh) != 0 || !atlas_case_make(&c, &mesh, SIZE, SSS_ATLAS_ORTHOGRAPHIC))
     {
-        CHECK(!"an atlas of the sphere");
+        test_note("no atlas of the sphere");
+        CHECK(0);
         return;
     }
     float *values = (float *)malloc(3 * c.x.count * sizeof *values);
@@ -1057,7 +1058,8 @@ static void atlas_is_fetched_as_in_c(void)
     atlas_case c;
     if (mesh_sphere(3, 1.0, &mesh) != 0 || !atlas_case_make(&c, &mesh, SIZE, SSS_ATLAS_ORTHOGRAPHIC))
     {
-        CHECK(!"an atlas of the sphere");
+        test_note("no atlas of the sphere");
+        CHECK(0);
         return;
     }
     random_seed(10);
