@@ -1,7 +1,7 @@
 #!/bin/sh
 # The table of README.md for sss_atlas.h: charts, utilisation, distortion and time of every method.
-#   tests/chart/atlas.sh MESH.glb...   measures these meshes (build/models/bunny.glb if none is named) at 1024 texels into
-#                                      tests/chart/atlas.csv and puts the table into README.md between its two markers
+#   tests/chart/atlas.sh MESH.glb...   measures these meshes (build/models/bunny.glb if none is named) at 1024 texels
+#                                      into tests/chart/atlas.csv and puts the table into README.md between its markers
 #   tests/chart/atlas.sh --print       the table of atlas.csv;  --write  puts it into README.md;  --check  fails if
 #                                      README.md has another
 set -eu
