@@ -4666,7 +4666,7 @@ static int sss_atlas__lay_convex(sss_atlas__sheet *s)
 static void sss_atlas__lay_line(sss_atlas__sheet *s)
 {
     const sss_atlas__build *b = s->b;
-    double low[3], high[3];
+    double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     int i, axis = 0;
     uint32_t a;
     for (a = 0; a < s->n; a++)
@@ -4674,8 +4674,8 @@ static void sss_atlas__lay_line(sss_atlas__sheet *s)
         const double *x = b->x[b->vertex[s->chart->first_vertex + a]];
         for (i = 0; i < 3; i++)
         {
-            low[i] = a == 0 ? x[i] : sss_atlas__min(low[i], x[i]);
-            high[i] = a == 0 ? x[i] : sss_atlas__max(high[i], x[i]);
+            low[i] = sss_atlas__min(low[i], x[i]);
+            high[i] = sss_atlas__max(high[i], x[i]);
         }
     }
     for (i = 1; i < 3; i++)
