@@ -5271,8 +5271,9 @@ SSS_BEM_API sss_result sss_bem_set_irradiance(sss_bem *bem, sss_bem_elements ele
 
 SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions, const float *normals)
 {
-    sss_bem__calibration *calibration = NULL;
+    sss_bem__calibration *calibration;
     double (*sums)[3], shape[4];
+    int same_shape;
     if (bem == NULL || positions == NULL || !sss_bem__all_finite(positions, 3 * bem->vertex_count)
         || (normals != NULL && !sss_bem__all_finite(normals, 3 * bem->vertex_count)))
     {
@@ -5283,12 +5284,14 @@ SSS_BEM_API sss_result sss_bem_set_vertices(sss_bem *bem, const float *positions
         return SSS_ERROR_OVERFLOW;
     }
     sums = (double (*)[3])sss_bem__allocate(&bem->hooks, bem->vertex_count, sizeof *sums);
-    sss_bem__measure_shape(bem, positions, shape);
-    if (sums != NULL && !sss_bem__same_shape(shape, bem->shape))
+    if (sums == NULL)
     {
-        calibration = sss_bem__begin_calibration(bem);
+        return SSS_ERROR_OUT_OF_MEMORY;
     }
-    if (sums == NULL || (calibration == NULL && !sss_bem__same_shape(shape, bem->shape)))
+    sss_bem__measure_shape(bem, positions, shape);
+    same_shape = sss_bem__same_shape(shape, bem->shape);
+    calibration = same_shape ? NULL : sss_bem__begin_calibration(bem);
+    if (!same_shape && calibration == NULL)
     {
         sss_bem__release(&bem->hooks, sums);
         return SSS_ERROR_OUT_OF_MEMORY;
