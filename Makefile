@@ -1,7 +1,7 @@
 # The two commands:  make demo  and  make test.   make help  lists the rest.
 # Sources are found by wildcard: a new example, test or header needs no edit here.
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
-#   tests/test_*.c -> build/tests/test_*    tests/common/*.c           -> build/libtests.a
+#   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
 #   tests/chart/*.c   -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
@@ -21,13 +21,14 @@ CHART           := $(B)/tests/chart/measure
 MERTENS         := $(B)/tests/chart/mertens
 STABILITY       := $(B)/tests/stability/stability
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
-TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c))
+TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
 CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
+DRAGON          := $(B)/models/dragon.ply
 
 .DELETE_ON_ERROR:
 .SECONDARY:
@@ -37,10 +38,11 @@ all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
-	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes: examples/pictures/gallery.png"
+	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes, draws what deforms and the"
+	@echo "                bunny's atlases: examples/pictures/gallery.png, bem.png, atlas.png"
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
-	@echo "make chart      measures speed against accuracy anew: tests/chart/chart.csv and chart.png"
+	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
 	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
@@ -60,17 +62,17 @@ demo:
 
 demo-run: $(EXAMPLES) $(BUNNY)
 	sh examples/gallery.sh
-	@echo "The picture is $(CURDIR)/examples/pictures/gallery.png"
+	@echo "The pictures are in $(CURDIR)/examples/pictures"
 
 test:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) test-run
 
-test-run: all $(BUNNY)
+test-run: all $(BUNNY) $(DRAGON)
 	@sh tests/run.sh $(TESTS) $(SCRIPTS)
 
 define one_test
-test-$(patsubst test_%,%,$(basename $(notdir $(1)))): all $(BUNNY)
+test-$(patsubst test_%,%,$(basename $(notdir $(1)))): all $(BUNNY) $(DRAGON)
 	@sh tests/run.sh $(1)
 endef
 $(foreach test,$(TESTS) $(SCRIPTS),$(eval $(call one_test,$(test))))
@@ -79,6 +81,7 @@ chart:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY)
 	sh tests/chart/chart.sh
+	sh tests/chart/atlas.sh
 
 mertens:
 	@sh tests/setup.sh test
@@ -140,5 +143,9 @@ $(CHART) $(MERTENS) $(STABILITY): $(B)/libexamples.a $(B)/libtests.a
 $(BUNNY): tests/bunny.sh | $(B)/.setup
 	@mkdir -p $(@D)
 	sh tests/bunny.sh $@
+
+# Stanford's dragon; where npm cannot fetch it, tests do without.
+$(DRAGON): tests/dragon.sh | $(B)/.setup
+	sh tests/dragon.sh $(@D)
 
 -include $(shell find $(B)/obj -name '*.d' 2>/dev/null)

@@ -16,8 +16,12 @@
 #include "../sss_dipole.h"
 #define SSS_BEM_IMPLEMENTATION
 #include "../sss_bem.h"
+#define SSS_ATLAS_IMPLEMENTATION
+#include "../sss_atlas.h"
 
 #include "../tests/common/reference.h"
+#include "common/atlas_report.h"
+#include "common/atlas_texture.h"
 #include "common/camera.h"
 #include "common/gl_context.h"
 #include "common/image.h"
@@ -32,6 +36,7 @@ enum
     EXIT_BAD = 2,
     TEXT_SIZE = 1024,
     PATH_SIZE = 4096,
+    ATLAS_SIZE = 1024,
     SUPERSAMPLE = 4 // samples a pixel along each side
 };
 
@@ -39,16 +44,20 @@ static const double MM_PER_METRE = 1000.0; // glTF's unit of length is the metre
 static const double FLOOR_ROOM = 0.07;     // share of the object's size by which the picture moves down for its image
 static const double SPURIOUS = 0.001;      // share of vertices above which placed sources are warned of
 static const double ETA = 1.3;             // of the measured materials of Jensen et al. 2001
+// What --method direct gathers at texels unasked, in pairs of a texel and a far triangle; near ones cost each texel as
+// much as NEAR_PAIRS.
+static const double MOST_PAIRS = 2e10, NEAR_PAIRS = 2e4;
 
 // ---- options ----
 
 typedef struct options
 {
     const char *in, *method, *material, *out, *png, *dump, *dump_irradiance, *irradiance, *geometry, *exit;
+    const char *atlas, *atlas_png, *atlas_method, *atlas_values;
     double sigma_s[3], sigma_a[3], albedo[3], mfp[3]; // NaN: not given
     double eta, size_mm, mm_per_unit, tolerance, guard, exposure, roughness, floor, soft, azimuth, elevation, zoom;
     double ambient[3], background[3];
-    int width, height, threads, reference;
+    int width, height, threads, reference, atlas_size; // 0: not given
     int no_shadows, report, help;
     lights lights;
 } options;
@@ -68,6 +77,7 @@ typedef struct bake
     float *irradiance, *seen, *radiosity;
     method_job job;
     method_result result;
+    atlas_texture atlas;
     char error[TEXT_SIZE];
 } bake;
 
@@ -114,10 +124,21 @@ static const char usage_after_methods[] =
     "output, at least one of\n"
     "  --out OUT.glb           mesh in the input's vertex order with COLOR_0 = radiosity, linear\n"
     "  --png OUT.png           picture\n"
+    "  --atlas OUT.glb         mesh with texture coordinates, vertices split at seams, and the radiosity as its\n"
+    "                          base colour texture inside the file: sRGB, white is the brightest texel, whose\n"
+    "                          radiosity stands in the material's extras.white and in the report\n"
+    "  --atlas-png OUT.png     that texture\n"
     "  --dump B.f32            radiosity, float32 [vertices][3], W/mm^2\n"
     "  --dump-irradiance E.f32 irradiance, float32 [vertices][3]\n"
     "  --report                key=value lines on standard output\n"
     "  --reference N           measures rel_l2 and rel_max against the converged reference at N vertices\n"
+    "atlas\n"
+    "  --atlas-size N          texels on a side, 1 to 16384 (1024)\n"
+    "  --atlas-method orthographic|area|convex   how charts are laid flat (area)\n"
+    "  --atlas-values texels|vertices            gathers at every texel, or interpolates between the vertices:\n"
+    "                          finer detail on coarse meshes against time (texels with bem, and with direct\n"
+    "                          where that takes some twenty seconds of two cores at most; else vertices;\n"
+    "                          lambert: always vertices, since it is the same)\n"
     "picture\n"
     "  --camera AZIMUTH,ELEVATION[,ZOOM]   degrees; 0,0 looks from +z (25,10,1)\n"
     "  --resolution WIDTHxHEIGHT           (960x960)\n"
@@ -251,7 +272,9 @@ static int parse_plain(options *o, const char *name, const char *value)
         const char **text;
     } texts[] = {{"--method", &o->method}, {"--material", &o->material}, {"--out", &o->out}, {"--png", &o->png},
                  {"--dump", &o->dump}, {"--dump-irradiance", &o->dump_irradiance}, {"--irradiance", &o->irradiance},
-                 {"--geometry", &o->geometry}, {"--exit", &o->exit}};
+                 {"--geometry", &o->geometry}, {"--exit", &o->exit}, {"--atlas", &o->atlas},
+                 {"--atlas-png", &o->atlas_png}, {"--atlas-method", &o->atlas_method},
+                 {"--atlas-values", &o->atlas_values}};
     const struct
     {
         const char *name;
@@ -318,6 +341,10 @@ static int parse_value(options *o, const char *name, const char *value)
     {
         return parse_count(value, 1, 1000000000, &o->reference);
     }
+    if (strcmp(name, "--atlas-size") == 0)
+    {
+        return parse_count(value, 1, 16384, &o->atlas_size);
+    }
     return parse_plain(o, name, value);
 }
 
@@ -364,6 +391,25 @@ static int choose_geometry(bake *b)
     return 0;
 }
 
+static int check_atlas_options(bake *b)
+{
+    const options *const o = &b->o;
+    sss_atlas_method method;
+    if (!o->atlas && !o->atlas_png && (o->atlas_size || o->atlas_method || o->atlas_values))
+    {
+        return fail(b, "--atlas-size, --atlas-method and --atlas-values go with --atlas or --atlas-png");
+    }
+    if (o->atlas_method && atlas_method_by_name(o->atlas_method, &method) != 0)
+    {
+        return fail(b, "--atlas-method is orthographic, area or convex, not '%s'", o->atlas_method);
+    }
+    if (o->atlas_values && strcmp(o->atlas_values, "texels") != 0 && strcmp(o->atlas_values, "vertices") != 0)
+    {
+        return fail(b, "--atlas-values is texels or vertices, not '%s'", o->atlas_values);
+    }
+    return 0;
+}
+
 static int check_options(bake *b)
 {
     const options *const o = &b->o;
@@ -391,11 +437,13 @@ static int check_options(bake *b)
     {
         return fail(b, "no light: give --light, --ambient or --irradiance");
     }
-    if (!o->out && !o->png && !o->dump && !o->dump_irradiance && !o->report && !o->reference)
+    if (!o->out && !o->png && !o->atlas && !o->atlas_png && !o->dump && !o->dump_irradiance && !o->report &&
+        !o->reference)
     {
-        return fail(b, "nothing to do: give --out, --png, --dump, --dump-irradiance, --report or --reference");
+        return fail(b, "nothing to do: give --out, --png, --atlas, --atlas-png, --dump, --dump-irradiance, --report or "
+                    "--reference");
     }
-    return 0;
+    return check_atlas_options(b);
 }
 
 // --name value, or --name=value; moves on behind what it took. value is NULL at the end of the line.
@@ -633,6 +681,62 @@ static void look_for_spurious_light(bake *b)
     }
 }
 
+// ---- the atlas ----
+
+// Made before the light travels, so that charts that do not fit are found at once.
+static int make_atlas(bake *b)
+{
+    const options *const o = &b->o;
+    sss_atlas_options wanted = {.size = o->atlas_size ? (size_t)o->atlas_size : ATLAS_SIZE, .method = SSS_ATLAS_AREA};
+    if (!o->atlas && !o->atlas_png)
+    {
+        return 0;
+    }
+    if (o->atlas_method)
+    {
+        atlas_method_by_name(o->atlas_method, &wanted.method);
+    }
+    return atlas_texture_create(&b->mesh, &wanted, o->threads, &b->atlas, b->error, sizeof b->error);
+}
+
+// What --help promises of --atlas-values.
+static int gathers_at_texels(const bake *b)
+{
+    const options *const o = &b->o;
+    const int direct = strcmp(o->method, "direct") == 0 ||
+                       (strcmp(o->method, "auto") == 0 && strcmp(o->geometry, "distance") == 0);
+    const double pairs = (double)b->atlas.texels.count * ((double)b->model.triangle_count + NEAR_PAIRS);
+    return o->atlas_values ? strcmp(o->atlas_values, "texels") == 0 : !direct || pairs <= MOST_PAIRS;
+}
+
+static int paint_atlas(bake *b)
+{
+    if (!b->atlas.atlas)
+    {
+        return 0;
+    }
+    if (b->result.has_points)
+    {
+        atlas_texture_take_gathered(&b->atlas);
+    }
+    else
+    {
+        atlas_texture_interpolate(&b->atlas, &b->mesh, b->radiosity);
+    }
+    return atlas_texture_paint(&b->atlas, b->error, sizeof b->error);
+}
+
+static void report_atlas(const bake *b)
+{
+    if (b->atlas.atlas)
+    {
+        atlas_report(b->atlas.atlas);
+        printf("atlas_s=%.3f\natlas_texels=%zu\natlas_values=%s\natlas_values_ms=%.3f\natlas_white=%.9g\n",
+               b->atlas.seconds, b->atlas.texels.count, b->result.has_points ? "texels" : "vertices",
+               b->result.points_ms, b->atlas.white);
+    }
+}
+
 static int run_method(bake *b)
 {
     const options *const o = &b->o;
@@ -643,6 +747,13 @@ static int run_method(bake *b)
     b->job.tolerance = o->tolerance;
     b->job.guard = !isfinite(o->guard) ? 0.0 : o->guard > 0.0 ? o->guard : -1.0;
     b->job.threads = o->threads;
+    if (b->atlas.atlas && gathers_at_texels(b))
+    {
+        b->job.points.positions = b->atlas.positions;
+        b->job.points.normals = b->atlas.normals;
+        b->job.points.count = b->atlas.texels.count;
+        b->job.point_radiosity = b->atlas.gathered;
+    }
     b->job.announce = 1;
     b->job.report = o->report;
     const sss_dipole_scene scene = {.size_mm = b->size_mm, .area_mm2 = b->area_mm2, .spacing_mm = b->edge_mm,
@@ -696,6 +807,7 @@ static void print_report(const bake *b)
            "needs_spacing_mm=%.4g\nneeds_samples=%.4g\nneeds_reason=%s\n",
            needs[a->need], a->predicted_error, a->lambert_error, a->crossing, a->radius_mm, a->spacing_mm,
            a->sample_count, a->reason);
+    report_atlas(b);
 }
 
 // A third of the area of the triangles at each vertex, in square units of the file.
@@ -862,9 +974,19 @@ static int write_picture(bake *b, const char *path)
     return status;
 }
 
+static int write_atlas(bake *b, const char *path)
+{
+    return atlas_texture_write_glb(&b->atlas, &b->model, path, b->error, sizeof b->error);
+}
+
+static int write_atlas_picture(bake *b, const char *path)
+{
+    return atlas_texture_write_png(&b->atlas, path, b->error, sizeof b->error);
+}
+
 enum
 {
-    OUTPUTS = 4
+    OUTPUTS = 6
 };
 
 typedef struct output
@@ -876,8 +998,9 @@ typedef struct output
 
 static void list_outputs(const options *o, output out[OUTPUTS])
 {
-    const char *const paths[OUTPUTS] = {o->out, o->png, o->dump, o->dump_irradiance};
-    const write_function writers[OUTPUTS] = {write_mesh, write_picture, write_radiosity, write_irradiance};
+    const char *const paths[OUTPUTS] = {o->out, o->png, o->atlas, o->atlas_png, o->dump, o->dump_irradiance};
+    const write_function writers[OUTPUTS] = {write_mesh, write_picture, write_atlas, write_atlas_picture,
+                                             write_radiosity, write_irradiance};
     for (int i = 0; i < OUTPUTS; ++i)
     {
         out[i].path = paths[i];
@@ -977,7 +1100,7 @@ static int run(bake *b)
     }
     if (status == 0)
     {
-        status = light_scene(b) == 0 && run_method(b) == 0 ? 0 : -1;
+        status = make_atlas(b) == 0 && light_scene(b) == 0 && run_method(b) == 0 && paint_atlas(b) == 0 ? 0 : -1;
     }
     if (status == 0 && b->o.reference > 0)
     {
@@ -1025,6 +1148,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "bake: %s\n%s", b.error, b.model.vertex_count ? "" : "Try bake --help\n");
     }
     model_free(&b.model);
+    atlas_texture_free(&b.atlas);
     free(b.irradiance);
     free(b.seen);
     free(b.radiosity);

@@ -1,8 +1,10 @@
 #!/bin/sh
 # Bakes the bunny in four materials and four sizes under one light, and lays the pictures out on one sheet,
 # examples/pictures/gallery.png, with diffuse reflection alone in the last column. Before that the objects of build/bem
-# that deform, examples/pictures/bem.png.      sh examples/gallery.sh
-#   Needs build/bake, build/bem, build/models/bunny.glb (make demo brings them), ImageMagick and the DejaVu fonts.
+# that deform, examples/pictures/bem.png, and the bunny's texture atlases, examples/pictures/atlas.png.
+#   sh examples/gallery.sh
+#   Needs build/bake, build/bem, build/atlas, build/models/bunny.glb (make demo brings them), ImageMagick and the DejaVu
+#   fonts.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -10,7 +12,7 @@ out=examples/pictures/gallery.png
 work=build/gallery
 font=/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 bold=/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf
-for need in build/bake build/bem build/models/bunny.glb; do
+for need in build/bake build/bem build/atlas build/models/bunny.glb; do
     [ -e "$need" ] || { echo "gallery.sh: $need is missing; run: make demo" >&2; exit 1; }
 done
 if ! command -v convert >/dev/null 2>&1 || ! [ -e $font ] || ! [ -e $bold ]; then
@@ -25,6 +27,15 @@ small="-depth 8 -strip -define png:compression-level=9 -define png:exclude-chunk
 build/bem --headless "$work/strip.png"
 convert "$work/strip.png" $small "$work/bem.png"
 mv "$work/bem.png" "$(dirname "$out")/bem.png"
+
+# ---- atlases, one row a method ----
+
+for method in orthographic area convex; do
+    build/atlas build/models/bunny.glb --method $method --headless "$work/atlas-$method.png" >"$work/atlas.said"
+done
+convert "$work/atlas-orthographic.png" "$work/atlas-area.png" "$work/atlas-convex.png" -append -resize 1280x $small \
+    "$work/atlas.png"
+mv "$work/atlas.png" "$(dirname "$out")/atlas.png"
 
 # ---- the same light and camera for all ----
 

@@ -10,6 +10,7 @@
 #include "../examples/common/shapes.h"
 #include "common/meshes.h"
 #include "common/test.h"
+#include "common/textured.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -377,7 +378,8 @@ static void help_names_every_option(void)
                                          "--sigma-s", "--sigma-a", "--eta", "--albedo", "--mfp", "--no-shadows",
                                          "--irradiance", "--dump-irradiance", "--tolerance", "--threads", "--camera",
                                          "--report", "--reference", "--guard", "direct", "bem",
-                                         "lambert"};
+                                         "lambert", "--atlas", "--atlas-png", "--atlas-size", "--atlas-method",
+                                         "--atlas-values", "orthographic", "convex"};
     CHECK_EQUAL(bake("--help"), 0);
     for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; ++i)
     {
@@ -525,6 +527,194 @@ static void auto_takes_the_least_that_does(void)
     CHECK_BELOW(reported("predicted_error"), 0.002);
 }
 
+// ---- atlas ----
+
+// Vertices keep their positions bit by bit, so a texture vertex finds the one it was split from.
+typedef struct place
+{
+    float x[3];
+    uint32_t vertex;
+} place;
+
+static int by_place(const void *a, const void *b)
+{
+    return memcmp(((const place *)a)->x, ((const place *)b)->x, sizeof ((const place *)a)->x);
+}
+
+static place *sorted_places(const model *m)
+{
+    place *const places = (place *)calloc(m->vertex_count, sizeof *places);
+    for (size_t v = 0; v < m->vertex_count && places; ++v)
+    {
+        memcpy(places[v].x, m->positions + 3 * v, sizeof places[v].x);
+        places[v].vertex = (uint32_t)v;
+    }
+    if (places)
+    {
+        qsort(places, m->vertex_count, sizeof *places, by_place);
+    }
+    return places;
+}
+
+// The vertex of the mesh for each of the textured one; NULL where one has none. Few vertices of a mesh share a place;
+// where they do, the one with the same normal counts.
+static uint32_t *origins(const model *m, const textured *t)
+{
+    place *const places = sorted_places(m);
+    uint32_t *const out = (uint32_t *)calloc(t->vertex_count, sizeof *out);
+    int complete = places != NULL && out != NULL;
+    for (size_t i = 0; i < t->vertex_count && complete; ++i)
+    {
+        place wanted;
+        memcpy(wanted.x, t->positions + 3 * i, sizeof wanted.x);
+        const place *const found = (const place *)bsearch(&wanted, places, m->vertex_count, sizeof wanted, by_place);
+        complete = found != NULL && memcmp(m->normals + 3 * (size_t)found->vertex, t->normals + 3 * i,
+                                           3 * sizeof(float)) == 0;
+        out[i] = complete ? found->vertex : 0;
+    }
+    free(places);
+    if (!complete)
+    {
+        free(out);
+        return NULL;
+    }
+    return out;
+}
+
+typedef struct texture_error
+{
+    double rms; // over the root mean square of the vertex colours
+    double far; // share of the values that are off by more than a twentieth of the largest
+} texture_error;
+
+// Of the texture fetched at the vertices, times white, against the radiosity there.   upside_down  fetches at 1 - v
+static texture_error texture_errors(const textured *t, const uint32_t *origin, const float *B, int upside_down)
+{
+    double off = 0.0, all = 0.0, far = 0.0;
+    for (size_t i = 0; i < t->vertex_count; ++i)
+    {
+        double got[3];
+        const double v = (double)t->uv[2 * i + 1];
+        textured_fetch(t, (double)t->uv[2 * i], upside_down ? 1.0 - v : v, got);
+        for (size_t k = 0; k < 3; ++k)
+        {
+            const double want = (double)B[3 * (size_t)origin[i] + k], d = t->white * got[k] - want;
+            off += d * d;
+            all += want * want;
+            far += fabs(d) > 0.05 * t->white; // white is the largest
+        }
+    }
+    const texture_error e = {sqrt(off / all), far / (3.0 * (double)t->vertex_count)};
+    return e;
+}
+
+// Same triangles in the same order, split only where needed, texture coordinates inside the picture.
+static void check_textured_mesh(const model *m, const textured *t, const uint32_t *origin, int size)
+{
+    size_t outside = 0, moved = 0;
+    CHECK_EQUAL(t->triangle_count, m->triangle_count);
+    CHECK(t->vertex_count >= m->vertex_count && t->vertex_count < 3 * m->triangle_count);
+    CHECK_EQUAL(t->width, size);
+    CHECK_EQUAL(t->height, size);
+    CHECK(t->unlit && t->clamped && t->white > 0.0);
+    for (size_t i = 0; i < 2 * t->vertex_count; ++i)
+    {
+        outside += !(t->uv[i] >= 0.0f && t->uv[i] <= 1.0f);
+    }
+    CHECK_EQUAL(outside, 0);
+    for (size_t i = 0; i < 3 * m->triangle_count && t->triangle_count == m->triangle_count; ++i)
+    {
+        moved += origin[t->triangles[i]] != m->triangles[i];
+    }
+    CHECK_EQUAL(moved, 0);
+}
+
+// Bakes a mesh with an atlas and its vertex colours, and compares the two; returns the relative error.
+static double compare_texture(const char *path, const char *options, int size, double rms, double far)
+{
+    double measured = HUGE_VAL;
+    char error[256] = "";
+    model m;
+    textured t;
+    memset(&t, 0, sizeof t);
+    test_about("%s %s", path, options);
+    CHECK(model_load(path, &m, error, sizeof error) == 0);
+    if (CHECK_EQUAL(bake("%s %s --size-mm 50 --atlas " FOLDER "atlas.glb --atlas-size %d --dump " FOLDER
+                         "B.f32 --report %s", path, unsized, size, options), 0) &&
+        CHECK(textured_load(FOLDER "atlas.glb", &t, error, sizeof error) == 0))
+    {
+        uint32_t *const origin = origins(&m, &t);
+        float *const B = load_floats(FOLDER "B.f32", 3 * m.vertex_count);
+        if (CHECK(origin != NULL && B != NULL))
+        {
+            const texture_error e = texture_errors(&t, origin, B, 0);
+            measured = e.rms;
+            check_textured_mesh(&m, &t, origin, size);
+            CHECK_BELOW(e.rms, rms);
+            CHECK_BELOW(e.far, far);
+            CHECK(texture_errors(&t, origin, B, 1).rms > 0.2); // the mutation must be caught
+            CHECK_REL(t.white, reported("atlas_white"), 1e-8);
+            CHECK_EQUAL(reported("atlas_vertices"), t.vertex_count);
+            CHECK_EQUAL(reported("atlas_overlaps"), 0);
+        }
+        free(origin);
+        free(B);
+    }
+    textured_free(&t);
+    model_free(&m);
+    return measured;
+}
+
+// A texel stands for more than one point, and eight bits for more than one value: the bounds are what these make.
+static void texture_is_the_radiosity_of_the_vertices(void)
+{
+    compare_texture(MESH, "--method direct", 128, 0.10, 0.20);
+    compare_texture(MESH, "--method bem", 512, 0.06, 0.05);
+    compare_texture(MESH, "--method lambert", 512, 0.06, 0.05);
+    compare_texture(MESH, "--method auto --geometry placed --atlas-method orthographic", 256, 0.08, 0.10);
+    compare_texture(MESH, "--method bem --atlas-method convex", 256, 0.10, 0.15);
+    compare_texture(CUBE, "--method bem", 256, 0.06, 0.05);
+}
+
+// A quarter of the texel, a quarter of the error, but for eight bits and slits in charts narrower than a texel.
+static void texture_converges(void)
+{
+    static const char options[] = "--method direct --atlas-values vertices";
+    const double coarse = compare_texture(MESH, options, 128, 0.10, 0.20);
+    const double fine = compare_texture(MESH, options, 512, 0.04, 0.02);
+    CHECK_BETWEEN(coarse / fine, 1.5, 6.0);
+}
+
+static void atlas_alone_is_a_picture_of_its_size(void)
+{
+    unsigned char head[24];
+    CHECK_EQUAL(bake(MESH " %s --method bem --atlas-png " FOLDER "atlas.png --atlas-size 200", scene), 0);
+    CHECK_EQUAL(read_file(FOLDER "atlas.png", (char *)head, sizeof head), sizeof head);
+    CHECK_EQUAL(256 * head[18] + head[19], 200);
+    CHECK_EQUAL(256 * head[22] + head[23], 200);
+}
+
+static void atlas_values_follow_the_option(void)
+{
+    static const struct
+    {
+        const char *options, *said;
+    } cases[] = {{"--method bem", "texels"},
+                 {"--method bem --atlas-values vertices", "vertices"},
+                 {"--method direct", "texels"}, // 10,000 texels and 2,000 triangles: soon done
+                 {"--method direct --atlas-values vertices", "vertices"},
+                 {"--method lambert --atlas-values texels", "vertices"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; ++i)
+    {
+        char line[64];
+        test_about("%s", cases[i].options);
+        snprintf(line, sizeof line, "\natlas_values=%s\n", cases[i].said);
+        CHECK_EQUAL(bake(MESH " %s --atlas " FOLDER "atlas.glb --atlas-size 128 --report %s", scene,
+                         cases[i].options), 0);
+        CHECK(strstr(g_said, line) != NULL);
+    }
+}
+
 // ---- refusals ----
 
 // Exit status 2, a line on standard error, nothing on standard output, no output file.
@@ -539,6 +729,7 @@ static void refuse(const char *what, const char *arguments)
     CHECK_EQUAL(bake("%s", all), 2);
     CHECK(strlen(g_complained) > 10 && strchr(g_complained, '\n') != NULL && g_said[0] == '\0');
     CHECK(!exists(FOLDER "no.glb") && !exists(FOLDER "no.png") && !exists(FOLDER "no.f32"));
+    CHECK(!exists(FOLDER "no.glb2") && !exists(FOLDER "no.png2"));
 }
 
 static void wrong_arguments_are_refused(void)
@@ -581,6 +772,21 @@ static void wrong_arguments_are_refused(void)
         {"irradiance absent", MESH " --material marble --size-mm 10 --irradiance " FOLDER "absent.f32"},
         {"irradiance of another size", MESH " --material marble --size-mm 10 --irradiance " FOLDER "short.f32"},
         {"irradiance not finite", MESH " --material marble --size-mm 10 --irradiance " FOLDER "nan.f32"},
+        {"atlas size 0", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER "no.glb2 --atlas-size 0"},
+        {"atlas size no number", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas-png " FOLDER
+         "no.png2 --atlas-size big"},
+        {"atlas too large", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-size 16385"},
+        {"atlas too small for its charts", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-size 2"},
+        {"unknown atlas method", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-method magic"},
+        {"unknown atlas values", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER
+         "no.glb2 --atlas-values all"},
+        {"atlas size without atlas", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas-size 256"},
+        {"atlas method without atlas", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas-method area"},
+        {"atlas in no folder", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER "absent/no.glb2"},
+        {"atlas over the mesh", MESH " --material marble --size-mm 10 --light 0,0,1 --atlas " FOLDER "no.glb"},
         {"camera of one number", MESH " --material marble --size-mm 10 --light 0,0,1 --camera 3"},
         {"picture of no size", MESH " --material marble --size-mm 10 --light 0,0,1 --resolution 0x0"}};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; ++i)
@@ -817,6 +1023,10 @@ int main(int argc, char **argv)
                                       TEST(spurious_light_is_warned_of),
                                       TEST(auto_takes_the_least_that_does),
                                       TEST(bem_says_what_it_cannot_do),
+                                      TEST(texture_is_the_radiosity_of_the_vertices),
+                                      TEST(texture_converges),
+                                      TEST(atlas_alone_is_a_picture_of_its_size),
+                                      TEST(atlas_values_follow_the_option),
                                       TEST(materials_may_be_given_in_three_ways),
                                       TEST(report_names_everything),
                                       TEST(picture_is_a_png_of_the_asked_size),

@@ -8,8 +8,13 @@
 #include "../sss_dipole.h"
 #define SSS_BEM_IMPLEMENTATION
 #include "../sss_bem.h"
+#define SSS_ATLAS_IMPLEMENTATION
+#include "../sss_atlas.h"
 
 #include "../examples/common/gl_context.h"
+#include "common/flat.h"
+#include "common/meshes.h"
+#include "common/numbers.h"
 #include "common/test.h"
 
 #include <float.h>
@@ -685,13 +690,441 @@ static void environment_is_mirrored(void)
     }
 }
 
+// ---- atlases: what the GPU rasterises, fetches and spreads with the same coordinates: sss_atlas.h ----
+
+typedef struct atlas_case
+{
+    mesh_data mesh;
+    sss_atlas *atlas;
+    sss_atlas_mesh m;
+    sss_atlas_texels x;
+} atlas_case;
+
+static void atlas_case_free(atlas_case *c)
+{
+    sss_atlas_free(c->atlas);
+    mesh_free(&c->mesh);
+    memset(c, 0, sizeof *c);
+}
+
+// Takes the mesh over.
+static int atlas_case_make(atlas_case *c, mesh_data *mesh, size_t size, sss_atlas_method method)
+{
+    sss_atlas_options o;
+    memset(c, 0, sizeof *c);
+    memset(&o, 0, sizeof o);
+    o.size = size;
+    o.method = method;
+    c->mesh = *mesh;
+    const sss_mesh view = mesh_view(&c->mesh, 10.0);
+    return CHECK_EQUAL(sss_atlas_create(&view, &o, NULL, &c->atlas), SSS_OK) &&
+           CHECK_EQUAL(sss_atlas_get_mesh(c->atlas, &c->m), SSS_OK) &&
+           CHECK_EQUAL(sss_atlas_get_texels(c->atlas, &c->x), SSS_OK);
+}
+
+typedef struct canvas
+{
+    GLuint texture, framebuffer;
+} canvas;
+
+static GLuint float_texture(const gl_functions *gl, size_t size, const float *rgba, GLint filter)
+{
+    GLuint texture = 0;
+    gl->GenTextures(1, &texture);
+    gl->ActiveTexture(GL_TEXTURE0);
+    gl->BindTexture(GL_TEXTURE_2D, texture);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, (GLsizei)size, (GLsizei)size, 0, GL_RGBA, GL_FLOAT, rgba);
+    return texture;
+}
+
+static canvas canvas_make(const gl_functions *gl, size_t size)
+{
+    canvas c;
+    c.texture = float_texture(gl, size, NULL, GL_NEAREST);
+    gl->GenFramebuffers(1, &c.framebuffer);
+    gl->BindFramebuffer(GL_FRAMEBUFFER, c.framebuffer);
+    gl->FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, c.texture, 0);
+    gl->Viewport(0, 0, (GLsizei)size, (GLsizei)size);
+    gl->ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    gl->Clear(GL_COLOR_BUFFER_BIT);
+    return c;
+}
+
+static void canvas_free(const gl_functions *gl, canvas *c)
+{
+    gl->DeleteFramebuffers(1, &c->framebuffer);
+    gl->DeleteTextures(1, &c->texture);
+}
+
+// A program of one piece of the atlas in each stage, NULL for none, and what comes behind it.
+static GLuint atlas_program(const char *version, const char *vertex_piece, const char *vertex_main,
+                            const char *fragment_piece, const char *fragment_main)
+{
+    const int es = strstr(version, "es") != NULL;
+    const char *const precision = es ? "precision highp float; precision highp int;\n" : "\n";
+    const char *const vertex[] = {precision, vertex_piece ? vertex_piece : "\n", vertex_main};
+    const char *const fragment[] = {precision, fragment_piece ? fragment_piece : "\n", fragment_main};
+    char version_line[32], error[4096] = "";
+    snprintf(version_line, sizeof version_line, "#version %s", version);
+    const GLuint program = gl_context_program(g_context, version_line, vertex, 3, fragment, 3, error, sizeof error);
+    if (!program)
+    {
+        test_note("%s: %s", version, error);
+    }
+    return program;
+}
+
+// Draws every triangle with its number plus 1 into image [size^2][4].
+static int rasterise(const atlas_case *c, const char *version, float *image)
+{
+    static const char *const vertex = "in vec2 uv;\n"
+                                      "flat out int number;\n"
+                                      "void main()\n"
+                                      "{\n"
+                                      "    number = gl_VertexID / 3;\n"
+                                      "    gl_Position = sss_atlas_place(uv);\n"
+                                      "}\n";
+    static const char *const fragment = "flat in int number;\n"
+                                        "out vec4 result;\n"
+                                        "void main() { result = vec4(float(number + 1)); }\n";
+    const gl_functions *const gl = gl_context_functions(g_context);
+    const GLuint program = atlas_program(version, sss_atlas_glsl(SSS_ATLAS_GLSL_PLACE), vertex, NULL, fragment);
+    const size_t corners = 3 * c->m.triangle_count;
+    float *uv = (float *)malloc(2 * corners * sizeof *uv);
+    GLuint buffer = 0, vertex_array = 0;
+    if (!CHECK(program != 0 && uv != NULL))
+    {
+        free(uv);
+        return 0;
+    }
+    for (size_t i = 0; i < corners; ++i)
+    {
+        memcpy(&uv[2 * i], &c->m.uv[2 * (size_t)c->m.triangles[i]], 2 * sizeof *uv);
+    }
+    canvas target = canvas_make(gl, c->x.size);
+    gl->GenVertexArrays(1, &vertex_array);
+    gl->BindVertexArray(vertex_array);
+    gl->GenBuffers(1, &buffer);
+    gl->BindBuffer(GL_ARRAY_BUFFER, buffer);
+    gl->BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)(2 * corners * sizeof *uv), uv, GL_STATIC_DRAW);
+    const GLuint place = (GLuint)gl->GetAttribLocation(program, "uv");
+    gl->EnableVertexAttribArray(place);
+    gl->VertexAttribPointer(place, 2, GL_FLOAT, GL_FALSE, 0, NULL);
+    gl->UseProgram(program);
+    gl->Disable(GL_CULL_FACE);
+    gl->Disable(GL_DEPTH_TEST);
+    gl->DrawArrays(GL_TRIANGLES, 0, (GLsizei)corners);
+    gl->ReadPixels(0, 0, (GLsizei)c->x.size, (GLsizei)c->x.size, GL_RGBA, GL_FLOAT, image);
+    gl->DeleteBuffers(1, &buffer);
+    gl->DeleteVertexArrays(1, &vertex_array);
+    gl->DeleteProgram(program);
+    canvas_free(gl, &target);
+    free(uv);
+    return CHECK(gl->GetError() == GL_NO_ERROR);
+}
+
+// The centre of a texel in a triangle of the atlas: how far, in texels, from the nearest of its edges.
+static double from_edges(const atlas_case *c, size_t triangle, size_t texel)
+{
+    const double size = (double)c->x.size;
+    const double at[2] = {(double)(texel % c->x.size) + 0.5, (double)(texel / c->x.size) + 0.5};
+    double p[3][2], least = HUGE_VAL;
+    for (size_t k = 0; k < 6; ++k)
+    {
+        p[k / 2][k % 2] = (double)c->m.uv[2 * (size_t)c->m.triangles[3 * triangle + k / 2] + k % 2] * size;
+    }
+    for (int k = 0; k < 3; ++k)
+    {
+        const double *a = p[k], *b = p[(k + 1) % 3];
+        const double e[2] = {b[0] - a[0], b[1] - a[1]}, square = e[0] * e[0] + e[1] * e[1];
+        const double s = square > 0.0 ? ((at[0] - a[0]) * e[0] + (at[1] - a[1]) * e[1]) / square : 0.0;
+        const double t = fmin(fmax(s, 0.0), 1.0);
+        least = fmin(least, hypot(a[0] + t * e[0] - at[0], a[1] + t * e[1] - at[1]));
+    }
+    return least;
+}
+
+// The triangle that the table shows at a texel, plus 1, where it has the centre; 0 elsewhere. Sizes are powers of two.
+static size_t shown_by_table(const atlas_case *c, size_t texel)
+{
+    const uint32_t e = c->x.entry[texel];
+    const int64_t step = 16777216 / (int64_t)c->x.size;
+    const int64_t centre[2] = {(int64_t)(texel % c->x.size) * step + step / 2,
+                               (int64_t)(texel / c->x.size) * step + step / 2};
+    int64_t p[3][2];
+    if (e >= c->x.inner_count)
+    {
+        return 0;
+    }
+    for (size_t k = 0; k < 6; ++k)
+    {
+        const size_t corner = 3 * (size_t)c->x.triangle[e] + k / 2;
+        p[k / 2][k % 2] = (int64_t)llround((double)c->m.uv[2 * (size_t)c->m.triangles[corner] + k % 2] * 16777216.0);
+    }
+    return flat_inside(centre, p[0], p[1], p[2]) >= 0 ? c->x.triangle[e] + (size_t)1 : 0;
+}
+
+typedef struct raster_errors
+{
+    size_t shown, near, differ; // texels with a triangle; centres within 1/256 texel of its edges; other triangles
+    double farthest;            // of those that differ: from the edges of either triangle
+} raster_errors;
+
+static raster_errors compare_raster(const atlas_case *c, const float *image, size_t shift)
+{
+    raster_errors e = {0, 0, 0, 0.0};
+    const size_t texels = c->x.size * c->x.size;
+    for (size_t i = 0; i < texels; ++i)
+    {
+        const size_t want = shown_by_table(c, (i + shift) % texels), got = (size_t)image[4 * i];
+        double distance = HUGE_VAL;
+        if (want > 0)
+        {
+            distance = from_edges(c, want - 1, i);
+            ++e.shown;
+            e.near += distance <= 1.0 / 256.0;
+        }
+        if (got > 0 && got <= c->m.triangle_count)
+        {
+            distance = fmin(distance, from_edges(c, got - 1, i));
+        }
+        if (want != got)
+        {
+            ++e.differ;
+            e.farthest = fmax(e.farthest, distance);
+        }
+    }
+    return e;
+}
+
+// Rasterisers place corners on a grid of 1/256 texel: centres that near to an edge may fall to either side.
+static void atlas_is_rasterised_as_the_table_says(void)
+{
+    for (int which = 0; which < 4; ++which)
+    {
+        mesh_data mesh;
+        atlas_case c;
+        const size_t size = which == 0 ? 1024 : 256;
+        if ((which == 0 ? mesh_load_bunny(&mesh) : mesh_sphere(5, 1.0, &mesh)) != 0)
+        {
+            test_note("glmark2-data with its bunny is not installed");
+            continue;
+        }
+        const sss_atlas_method method = which < 2 ? SSS_ATLAS_ORTHOGRAPHIC
+                                        : which == 2 ? SSS_ATLAS_AREA : SSS_ATLAS_CONVEX;
+        float *image = (float *)malloc(4 * size * size * sizeof *image);
+        test_about("%s, size %zu", which == 0 ? "bunny" : "sphere", size);
+        if (atlas_case_make(&c, &mesh, size, method) && image != NULL)
+        {
+            for (size_t v = 0; v < VERSION_COUNT; ++v)
+            {
+                test_about("%s, size %zu, %s", which == 0 ? "bunny" : "sphere", size, versions[v]);
+                if ((which == 0 && v > 0) || !rasterise(&c, versions[v], image))
+                {
+                    continue;
+                }
+                const raster_errors e = compare_raster(&c, image, 0);
+                CHECK(e.shown > size * size / 3);
+                CHECK_BELOW(e.farthest, 1.0 / 256.0);
+                CHECK(e.differ <= e.near + e.shown / 100);
+                test_note("%zu of %zu texels differ (%.3f %%), all within 1/256 texel of an edge; %.2f %% lie so near",
+                          e.differ, e.shown, 100.0 * (double)e.differ / (double)e.shown,
+                          100.0 * (double)e.near / (double)e.shown);
+                // v turned over, and a table moved by one texel, must be caught
+                const raster_errors moved = compare_raster(&c, image, 1);
+                CHECK(moved.farthest > 0.5 && moved.differ > e.shown / 20);
+            }
+        }
+        free(image);
+        atlas_case_free(&c);
+    }
+}
+
+// The image that fill_image makes with one ring after the other is what sss_atlas_dilate makes.
+static void atlas_is_dilated_as_in_c(void)
+{
+    enum
+    {
+        SIZE = 128,
+        RINGS = 3
+    };
+    static float image[4 * SIZE * SIZE], want[3 * SIZE * SIZE];
+    static const char *const vertex = "void main()\n"
+                                      "{\n"
+                                      "    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0,\n"
+                                      "                       gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);\n"
+                                      "}\n";
+    static const char *const fragment = "uniform sampler2D image;\n"
+                                        "out vec4 result;\n"
+                                        "void main() { result = sss_atlas_dilate(image, ivec2(gl_FragCoord.xy)); }\n";
+    const gl_functions *const gl = gl_context_functions(g_context);
+    mesh_data mesh;
+    atlas_case c;
+    if (mesh_sphere(4, 1.0, &mesh) != 0 || !atlas_case_make(&c, &mesh, SIZE, SSS_ATLAS_ORTHOGRAPHIC))
+    {
+        test_note("no atlas of the sphere");
+        CHECK(0);
+        return;
+    }
+    float *values = (float *)malloc(3 * c.x.count * sizeof *values);
+    random_seed(9);
+    for (size_t i = 0; i < 3 * c.x.count; ++i)
+    {
+        values[i] = (float)random_unit();
+    }
+    for (size_t v = 0; v < VERSION_COUNT; ++v)
+    {
+        double worst_error = 0.0;
+        size_t alpha = 0;
+        test_about("%s", versions[v]);
+        const GLuint program = atlas_program(versions[v], NULL, vertex, sss_atlas_glsl(SSS_ATLAS_GLSL_DILATE),
+                                             fragment);
+        if (!CHECK(program != 0))
+        {
+            continue;
+        }
+        memset(image, 0, sizeof image);
+        for (size_t i = 0; i < c.x.count; ++i)
+        {
+            memcpy(&image[4 * (size_t)c.x.texel[i]], &values[3 * i], 3 * sizeof *values);
+            image[4 * (size_t)c.x.texel[i] + 3] = 1.0f;
+        }
+        for (int ring = 0; ring < RINGS; ++ring)
+        {
+            GLuint vertex_array = 0, source = float_texture(gl, SIZE, image, GL_NEAREST);
+            canvas target = canvas_make(gl, SIZE);
+            gl->GenVertexArrays(1, &vertex_array);
+            gl->BindVertexArray(vertex_array);
+            gl->UseProgram(program);
+            gl->ActiveTexture(GL_TEXTURE0);
+            gl->BindTexture(GL_TEXTURE_2D, source);
+            gl->Uniform1i(gl->GetUniformLocation(program, "image"), 0);
+            gl->DrawArrays(GL_TRIANGLES, 0, 3);
+            gl->ReadPixels(0, 0, SIZE, SIZE, GL_RGBA, GL_FLOAT, image);
+            gl->DeleteVertexArrays(1, &vertex_array);
+            gl->DeleteTextures(1, &source);
+            canvas_free(gl, &target);
+        }
+        gl->DeleteProgram(program);
+        CHECK_EQUAL(sss_atlas_fill_image(c.atlas, values, 3, RINGS, want), SSS_OK);
+        for (size_t i = 0; i < SIZE * SIZE; ++i)
+        {
+            int shows = 0;
+            for (size_t k = 0; k < 3; ++k)
+            {
+                keep_worst(&worst_error, fabs((double)image[4 * i + k] - (double)want[3 * i + k]));
+                shows |= want[3 * i + k] != 0.0f;
+            }
+            alpha += (image[4 * i + 3] == 1.0f) != shows;
+        }
+        CHECK_BELOW(worst_error, roundings);
+        CHECK_EQUAL(alpha, 0);
+        CHECK(gl->GetError() == GL_NO_ERROR);
+    }
+    free(values);
+    atlas_case_free(&c);
+}
+
+// sss_atlas_fetch against texture() with GL_LINEAR. Filters count in 1/256 of a texel (section 8.14 of the
+// specification leaves their precision open).
+static void atlas_is_fetched_as_in_c(void)
+{
+    enum
+    {
+        SIZE = 64
+    };
+    static float image[4 * SIZE * SIZE], got[4 * COUNT], uv[4 * COUNT], result[4 * COUNT], weights[3 * COUNT];
+    static uint32_t triangle[COUNT];
+    static const char *const vertex = "void main()\n"
+                                      "{\n"
+                                      "    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0,\n"
+                                      "                       gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);\n"
+                                      "}\n";
+    static const char *const fragment = "uniform sampler2D image;\n"
+                                        "uniform sampler2D places;\n"
+                                        "out vec4 result;\n"
+                                        "void main()\n"
+                                        "{\n"
+                                        "    vec2 uv = texelFetch(places, ivec2(gl_FragCoord.xy), 0).xy;\n"
+                                        "    result = textureLod(image, uv, 0.0);\n"
+                                        "}\n";
+    const gl_functions *const gl = gl_context_functions(g_context);
+    double worst_error = 0.0, contrast = 0.0;
+    mesh_data mesh;
+    atlas_case c;
+    if (mesh_sphere(3, 1.0, &mesh) != 0 || !atlas_case_make(&c, &mesh, SIZE, SSS_ATLAS_ORTHOGRAPHIC))
+    {
+        test_note("no atlas of the sphere");
+        CHECK(0);
+        return;
+    }
+    random_seed(10);
+    for (size_t i = 0; i < 4 * SIZE * SIZE; ++i)
+    {
+        image[i] = (float)random_unit();
+    }
+    for (size_t i = 0; i < COUNT; ++i)
+    {
+        const double a = random_unit(), b = random_unit() * (1.0 - a);
+        const double weight[3] = {a, b, 1.0 - a - b};
+        double place[2] = {0.0, 0.0};
+        triangle[i] = (uint32_t)(random_unit() * (double)c.m.triangle_count);
+        for (size_t k = 0; k < 3; ++k)
+        {
+            const size_t corner = c.m.triangles[3 * (size_t)triangle[i] + k];
+            weights[3 * i + k] = (float)weight[k];
+            place[0] += weight[k] * (double)c.m.uv[2 * corner];
+            place[1] += weight[k] * (double)c.m.uv[2 * corner + 1];
+        }
+        uv[4 * i] = (float)place[0];
+        uv[4 * i + 1] = (float)place[1];
+    }
+    const GLuint program = atlas_program(versions[0], NULL, vertex, NULL, fragment);
+    GLuint vertex_array = 0, source = float_texture(gl, SIZE, image, GL_LINEAR);
+    GLuint places = float_texture(gl, WIDTH, uv, GL_NEAREST);
+    canvas target = canvas_make(gl, WIDTH);
+    CHECK(program != 0 && WIDTH == HEIGHT);
+    gl->GenVertexArrays(1, &vertex_array);
+    gl->BindVertexArray(vertex_array);
+    gl->UseProgram(program);
+    gl->ActiveTexture(GL_TEXTURE0);
+    gl->BindTexture(GL_TEXTURE_2D, source);
+    gl->ActiveTexture(GL_TEXTURE0 + 1);
+    gl->BindTexture(GL_TEXTURE_2D, places);
+    gl->Uniform1i(gl->GetUniformLocation(program, "image"), 0);
+    gl->Uniform1i(gl->GetUniformLocation(program, "places"), 1);
+    gl->DrawArrays(GL_TRIANGLES, 0, 3);
+    gl->ReadPixels(0, 0, WIDTH, HEIGHT, GL_RGBA, GL_FLOAT, result);
+    gl->DeleteVertexArrays(1, &vertex_array);
+    gl->DeleteTextures(1, &source);
+    gl->DeleteTextures(1, &places);
+    gl->DeleteProgram(program);
+    canvas_free(gl, &target);
+    CHECK_EQUAL(sss_atlas_fetch(c.atlas, image, 4, triangle, weights, COUNT, got), SSS_OK);
+    for (size_t i = 0; i < 4 * COUNT; ++i)
+    {
+        keep_worst(&worst_error, fabs((double)got[i] - (double)result[i]));
+        contrast = fmax(contrast, fabs((double)got[i] - (double)result[(i + 4) % (4 * COUNT)]));
+    }
+    CHECK_BELOW(worst_error, 2.0 / 256.0); // contrasts of 1, two weights
+    CHECK(contrast > 0.5);
+    CHECK(gl->GetError() == GL_NO_ERROR);
+    atlas_case_free(&c);
+}
+
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {TEST(fresnel_is_that_of_c),   TEST(schlick_is_that_of_c),
                                       TEST(an_inverted_eta_is_caught), TEST(Rd_is_that_of_c),
                                       TEST(Rd_placed_is_that_of_c), TEST(exit_factor_is_that_of_c),
                                       TEST(tone_map_is_the_documented_curve),
-                                      TEST(radiance_is_exit_factor_and_fresnel), TEST(environment_is_mirrored)};
+                                      TEST(radiance_is_exit_factor_and_fresnel), TEST(environment_is_mirrored),
+                                      TEST(atlas_is_rasterised_as_the_table_says),
+                                      TEST(atlas_is_dilated_as_in_c), TEST(atlas_is_fetched_as_in_c)};
     char error[512] = "";
     g_context = gl_context_create_headless(WIDTH, HEIGHT, error, sizeof error);
     if (!g_context)

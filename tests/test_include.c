@@ -1,16 +1,18 @@
 // A source file may include the headers for their declarations first, and again with SSS_X_IMPLEMENTATION, as happens
 // where another header has included them; and once more.
 
+#include "../sss_atlas.h"
 #include "../sss_bem.h"
 #include "../sss_dipole.h"
 
-#if !defined(SSS_DIPOLE_VERSION) || !defined(SSS_BEM_VERSION)
+#if !defined(SSS_DIPOLE_VERSION) || !defined(SSS_BEM_VERSION) || !defined(SSS_ATLAS_VERSION)
 #error "a version is missing"
 #endif
-#if defined(SSS_DIPOLE_IMPLEMENTED) || defined(SSS_BEM_IMPLEMENTED)
+#if defined(SSS_DIPOLE_IMPLEMENTED) || defined(SSS_BEM_IMPLEMENTED) || defined(SSS_ATLAS_IMPLEMENTED)
 #error "declarations only, and yet an implementation is here"
 #endif
 
+#include "../sss_atlas.h"
 #include "../sss_bem.h"
 #include "../sss_dipole.h"
 
@@ -20,10 +22,14 @@
 #define SSS_BEM_IMPLEMENTATION
 #include "../sss_bem.h"
 
-#if !defined(SSS_DIPOLE_IMPLEMENTED) || !defined(SSS_BEM_IMPLEMENTED)
+#define SSS_ATLAS_IMPLEMENTATION
+#include "../sss_atlas.h"
+
+#if !defined(SSS_DIPOLE_IMPLEMENTED) || !defined(SSS_BEM_IMPLEMENTED) || !defined(SSS_ATLAS_IMPLEMENTED)
 #error "the implementation does not come once the declarations have been included"
 #endif
 
+#include "../sss_atlas.h"
 #include "../sss_bem.h"
 #include "../sss_dipole.h"
 
@@ -43,6 +49,8 @@ static void declarations_first_then_the_implementation(void)
     static const double source[3] = {0.0, 0.0, 1.0};
     CHECK(SSS_BEM_VERSION >= 100);
     CHECK_REL(sss_bem_form_factor(corners, 4, source, 1.0, 0.0), 2.0943951023931953, 1e-12);
+    CHECK(SSS_ATLAS_VERSION >= 100 && sss_atlas_glsl(SSS_ATLAS_GLSL_PLACE) != NULL);
+    sss_atlas_free(NULL);
 }
 
 static void zeroed_structs_are_defaults(void)
@@ -57,6 +65,7 @@ static void zeroed_structs_are_defaults(void)
     const sss_dipole_scene scene = {0};
     const sss_bem_options bem_options = {0};
     const sss_bem_taylor taylor = {0};
+    const sss_atlas_options atlas_options = {0};
     CHECK(hooks.allocate == NULL && mesh.positions == NULL && points.areas == NULL && receivers.count == 0);
     CHECK_EQUAL(light.kind, SSS_DIPOLE_LIGHT_DIRECTIONAL);
     CHECK_EQUAL(irradiance_options.elements, SSS_DIPOLE_VERTICES);
@@ -65,6 +74,8 @@ static void zeroed_structs_are_defaults(void)
     CHECK(scene.tolerance == 0.0 && bem_options.tolerance == 0.0 && bem_options.guard == 0.0 && taylor.samples == 0);
     CHECK_EQUAL(bem_options.oracle, SSS_BEM_ORACLE_CONTRIBUTION);
     CHECK_EQUAL(bem_options.path, SSS_BEM_PATH_AUTO);
+    CHECK_EQUAL(atlas_options.method, SSS_ATLAS_ORTHOGRAPHIC);
+    CHECK(atlas_options.size == 0 && atlas_options.border == 0 && atlas_options.texels_per_mm == 0.0);
 }
 
 int main(int argc, char **argv)

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define STB_IMAGE_WRITE_STATIC
@@ -38,6 +39,31 @@ int image_write_png(const char *path, int width, int height, const unsigned char
         return -1;
     }
     return 0;
+}
+
+typedef struct png_memory
+{
+    unsigned char *bytes;
+    size_t size;
+} png_memory;
+
+static void keep(void *context, void *data, int size)
+{
+    png_memory *const png = context;
+    png->bytes = malloc((size_t)size);
+    if (png->bytes)
+    {
+        memcpy(png->bytes, data, (size_t)size);
+        png->size = (size_t)size;
+    }
+}
+
+unsigned char *image_encode_png(int width, int height, const unsigned char *rgb, size_t *size)
+{
+    png_memory png = {NULL, 0};
+    stbi_write_png_to_func(keep, &png, width, height, 3, rgb, 3 * width); // calls back once
+    *size = png.size;
+    return png.bytes;
 }
 
 // IEC 61966-2-1

@@ -108,14 +108,14 @@ static double estimate(const sss_dipole_gather *gather, const method_job *job)
     return result == SSS_OK ? taken * (double)job->mesh.vertex_count / (double)count : 0.0;
 }
 
-static void announce(double seconds, const method_job *job)
+static void announce(double seconds, const method_job *job, size_t receivers)
 {
     char text[32];
     snprintf(text, sizeof text, seconds < 120.0 ? "%.0f s" : seconds < 7200.0 ? "%.0f min" : "%.1f h",
              seconds < 120.0 ? seconds : seconds < 7200.0 ? seconds / 60.0 : seconds / 3600.0);
     fprintf(stderr, "gathering %zu receivers from %zu triangles: about %s on %d thread%s\n"
             "(--method bem, with sources placed at the receivers, takes a small part of that)\n",
-            job->mesh.vertex_count, job->mesh.triangle_count, text, job->threads, job->threads == 1 ? "" : "s");
+            receivers, job->mesh.triangle_count, text, job->threads, job->threads == 1 ? "" : "s");
 }
 
 static void report_direct(const sss_dipole_gather_stats *s, method_result *result)
@@ -146,7 +146,7 @@ static int gather(sss_dipole_gather *g, services *s, const method_job *job, floa
         const double expected = estimate(g, job);
         if (expected > LONG_S)
         {
-            announce(expected, job);
+            announce(expected, job, job->mesh.vertex_count);
             s->show_progress = isatty(STDERR_FILENO);
         }
     }
@@ -158,6 +158,23 @@ static int gather(sss_dipole_gather *g, services *s, const method_job *job, floa
         fprintf(stderr, "\r                    \r");
     }
     return status == SSS_OK ? 0 : fail(status, "gather", error_text, error_size);
+}
+
+// As long for each as the vertices took.
+static int gather_points(sss_dipole_gather *g, services *s, const method_job *job, method_result *result,
+                         char *error_text, size_t error_size)
+{
+    const double expected = 1e-3 * result->frame_ms * (double)job->points.count / (double)job->mesh.vertex_count;
+    if (job->announce && expected > LONG_S)
+    {
+        announce(expected, job, job->points.count);
+        s->show_progress = isatty(STDERR_FILENO);
+    }
+    const double start = method_seconds();
+    const sss_result status = sss_dipole_gather_run(g, &job->points, job->point_radiosity);
+    result->points_ms = 1e3 * (method_seconds() - start);
+    result->has_points = status == SSS_OK;
+    return status == SSS_OK ? 0 : fail(status, "gather between vertices", error_text, error_size);
 }
 
 static int run_direct(const method_job *job, float *radiosity, method_result *result, char *error_text,
@@ -176,7 +193,8 @@ static int run_direct(const method_job *job, float *radiosity, method_result *re
         return fail(created, "gather", error_text, error_size);
     }
     sss_dipole_gather_stats stats;
-    const int status = gather(g, &s, job, radiosity, result, error_text, error_size);
+    int status = gather(g, &s, job, radiosity, result, error_text, error_size);
+    status = status == 0 && job->points.count > 0 ? gather_points(g, &s, job, result, error_text, error_size) : status;
     if (status == 0 && sss_dipole_gather_get_stats(g, &stats) == SSS_OK)
     {
         report_direct(&stats, result);
@@ -277,6 +295,14 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
     result->precompute_s = method_seconds() - start;
     result->method = "bem";
     status = status == SSS_OK ? shade_bem(bem, job, radiosity, result) : status;
+    if (status == SSS_OK && job->points.count > 0)
+    {
+        const double began = method_seconds();
+        status = sss_bem_gather(bem, job->points.positions, job->points.normals, job->points.count,
+                                job->point_radiosity);
+        result->has_points = status == SSS_OK;
+        result->points_ms = 1e3 * (method_seconds() - began);
+    }
     sss_bem_free(bem);
     return status == SSS_OK ? 0 : fail(status, "bem", error_text, error_size);
 }

@@ -22,6 +22,8 @@ typedef struct method_job
     int announce;                 // says on stderr how long a long run will take, and how far it is on a terminal
     int report;                   // also measures what only a report shows, where that is cheap
     sss_dipole_advice advice;     // what sss_dipole_needs says of this scene
+    sss_dipole_receivers points;  // where radiosity is wanted besides the vertices, with normals; count 0: nowhere
+    float *point_radiosity;       // [points.count][3]
 } method_job;
 
 typedef struct method_result
@@ -32,6 +34,8 @@ typedef struct method_result
     double predicted_error;   // relative L2, against the converged integral
     double guard;             // of the sources, as in sss_bem_options; 0: none
     size_t bytes;             // held between frames
+    int has_points;           // point_radiosity is filled: not by lambert, which is linear between vertices anyway
+    double points_ms;         // that took
     char parameters[1024];    // what the method resolved: key=value lines
 } method_result;
 

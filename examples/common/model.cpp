@@ -897,7 +897,7 @@ template <typename T>
 int add_accessor(tinygltf::Model *gltf, const T *values, size_t count, int type, int component_type, int target)
 {
     std::vector<unsigned char> &data = gltf->buffers[0].data;
-    const size_t bytes = count * (type == TINYGLTF_TYPE_VEC3 ? 3 : 1) * sizeof(T);
+    const size_t bytes = count * (size_t)tinygltf::GetNumComponentsInType((uint32_t)type) * sizeof(T);
     tinygltf::BufferView view;
     view.buffer = 0;
     view.byteOffset = data.size();
@@ -914,48 +914,116 @@ int add_accessor(tinygltf::Model *gltf, const T *values, size_t count, int type,
     return (int)gltf->accessors.size() - 1;
 }
 
-void add_material(tinygltf::Model *gltf)
+tinygltf::Material unlit_material(tinygltf::Model *gltf)
 {
     tinygltf::Material material;
     material.name = "radiosity";
     material.extensions["KHR_materials_unlit"] = tinygltf::Value(tinygltf::Value::Object());
-    gltf->materials.push_back(material);
     gltf->extensionsUsed.push_back("KHR_materials_unlit");
+    return material;
 }
 
-void save_model(const char *path, const model *m, const float *colors)
+tinygltf::Model new_model()
 {
     tinygltf::Model gltf;
     gltf.asset.version = "2.0";
     gltf.asset.generator = "sss_dipole bake";
     gltf.buffers.resize(1);
+    return gltf;
+}
+
+int add_vertices(tinygltf::Model *gltf, const float *values, size_t count, int type)
+{
+    return add_accessor(gltf, values, count, type, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TARGET_ARRAY_BUFFER);
+}
+
+// Positions with their bounds, normals, indices.
+tinygltf::Primitive add_surface(tinygltf::Model *gltf, const model *m)
+{
     tinygltf::Primitive primitive;
-    const int target = TINYGLTF_TARGET_ARRAY_BUFFER, real = TINYGLTF_COMPONENT_TYPE_FLOAT;
-    const int position = add_accessor(&gltf, m->positions, m->vertex_count, TINYGLTF_TYPE_VEC3, real, target);
+    const int position = add_vertices(gltf, m->positions, m->vertex_count, TINYGLTF_TYPE_VEC3);
     double low[3], high[3];
     model_bounds(m, low, high);
-    gltf.accessors[(size_t)position].minValues.assign(low, low + 3);
-    gltf.accessors[(size_t)position].maxValues.assign(high, high + 3);
+    gltf->accessors[(size_t)position].minValues.assign(low, low + 3);
+    gltf->accessors[(size_t)position].maxValues.assign(high, high + 3);
     primitive.attributes["POSITION"] = position;
-    primitive.attributes["NORMAL"] = add_accessor(&gltf, m->normals, m->vertex_count, TINYGLTF_TYPE_VEC3, real, target);
-    primitive.attributes["COLOR_0"] = add_accessor(&gltf, colors, m->vertex_count, TINYGLTF_TYPE_VEC3, real, target);
-    primitive.indices = add_accessor(&gltf, m->triangles, 3 * m->triangle_count, TINYGLTF_TYPE_SCALAR,
+    primitive.attributes["NORMAL"] = add_vertices(gltf, m->normals, m->vertex_count, TINYGLTF_TYPE_VEC3);
+    primitive.indices = add_accessor(gltf, m->triangles, 3 * m->triangle_count, TINYGLTF_TYPE_SCALAR,
                                      TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.material = 0;
-    add_material(&gltf);
-    gltf.meshes.resize(1);
-    gltf.meshes[0].primitives.push_back(primitive);
-    gltf.nodes.resize(1);
-    gltf.nodes[0].mesh = 0;
-    gltf.scenes.resize(1);
-    gltf.scenes[0].nodes.push_back(0);
-    gltf.defaultScene = 0;
+    return primitive;
+}
+
+// One node with one mesh of one primitive.
+void write_model(const char *path, tinygltf::Model *gltf, const tinygltf::Primitive &primitive)
+{
+    gltf->meshes.resize(1);
+    gltf->meshes[0].primitives.push_back(primitive);
+    gltf->nodes.resize(1);
+    gltf->nodes[0].mesh = 0;
+    gltf->scenes.resize(1);
+    gltf->scenes[0].nodes.push_back(0);
+    gltf->defaultScene = 0;
     std::ofstream file(path, std::ios::binary);
-    if (!file || !tinygltf::TinyGLTF().WriteGltfSceneToStream(&gltf, file, false, true) || !file.flush())
+    if (!file || !tinygltf::TinyGLTF().WriteGltfSceneToStream(gltf, file, false, true) || !file.flush())
     {
         throw failure(std::string("cannot write ") + path + ": " + std::strerror(errno));
     }
+}
+
+void save_model(const char *path, const model *m, const float *colors)
+{
+    tinygltf::Model gltf = new_model();
+    tinygltf::Primitive primitive = add_surface(&gltf, m);
+    primitive.attributes["COLOR_0"] = add_vertices(&gltf, colors, m->vertex_count, TINYGLTF_TYPE_VEC3);
+    gltf.materials.push_back(unlit_material(&gltf));
+    write_model(path, &gltf, primitive);
+}
+
+// The picture as a buffer view, clamped at its edges, with mipmaps.
+int add_texture(tinygltf::Model *gltf, const unsigned char *png, size_t bytes)
+{
+    std::vector<unsigned char> &data = gltf->buffers[0].data;
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    view.byteOffset = data.size();
+    view.byteLength = bytes;
+    data.insert(data.end(), png, png + bytes);
+    data.resize((data.size() + 3) / 4 * 4); // a binary chunk ends on four bytes
+    gltf->bufferViews.push_back(view);
+    tinygltf::Image image;
+    image.bufferView = (int)gltf->bufferViews.size() - 1;
+    image.mimeType = "image/png";
+    gltf->images.push_back(image);
+    tinygltf::Sampler sampler;
+    sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
+    sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+    sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+    gltf->samplers.push_back(sampler);
+    tinygltf::Texture texture;
+    texture.source = 0;
+    texture.sampler = 0;
+    gltf->textures.push_back(texture);
+    return 0;
+}
+
+void save_textured(const char *path, const model_textured *m)
+{
+    // A model only reads these arrays, though it could write.
+    const model surface = {const_cast<float *>(m->positions), const_cast<float *>(m->normals),
+                           const_cast<uint32_t *>(m->triangles), m->vertex_count, m->triangle_count, 0};
+    tinygltf::Model gltf = new_model();
+    tinygltf::Primitive primitive = add_surface(&gltf, &surface);
+    primitive.attributes["TEXCOORD_0"] = add_vertices(&gltf, m->uv, m->vertex_count, TINYGLTF_TYPE_VEC2);
+    tinygltf::Material material = unlit_material(&gltf);
+    material.pbrMetallicRoughness.baseColorTexture.index = add_texture(&gltf, m->png, m->png_bytes);
+    material.pbrMetallicRoughness.metallicFactor = 0.0; // for viewers that light it all the same
+    tinygltf::Value::Object extras;
+    extras["white"] = tinygltf::Value(m->white);
+    material.extras = tinygltf::Value(extras);
+    gltf.materials.push_back(material);
+    write_model(path, &gltf, primitive);
 }
 
 } // namespace
@@ -983,6 +1051,11 @@ extern "C" int model_save_glb(const char *path, const model *m, const float *col
                               size_t error_size)
 {
     return guarded(path, error_text, error_size, [&] { save_model(path, m, colors); });
+}
+
+extern "C" int model_save_textured_glb(const char *path, const model_textured *m, char *error_text, size_t error_size)
+{
+    return guarded(path, error_text, error_size, [&] { save_textured(path, m); });
 }
 
 extern "C" sss_mesh model_mesh(const model *m, double mm_per_unit)

@@ -37,6 +37,22 @@ void model_free(model *m);
 // Returns 0, or -1 with the reason in error_text.
 int model_save_glb(const char *path, const model *m, const float *colors, char *error_text, size_t error_size);
 
+// A mesh with a texture.
+typedef struct model_textured
+{
+    const float *positions, *normals; // [3 vertex_count]
+    const float *uv;                  // [2 vertex_count] as in glTF: v runs downwards, from 0 at the picture's top
+    const uint32_t *triangles;        // [3 triangle_count]
+    size_t vertex_count, triangle_count;
+    const unsigned char *png;         // sRGB, goes into the file
+    size_t png_bytes;
+    double white;                     // what 1 in the picture stands for: the material's extras.white
+} model_textured;
+
+// Writes a binary glTF with POSITION, NORMAL, TEXCOORD_0, indices and the base colour texture, unlit.
+// Returns 0, or -1 with the reason in error_text.
+int model_save_textured_glb(const char *path, const model_textured *m, char *error_text, size_t error_size);
+
 // The model as the library takes it: a view that lives as long as the model.
 sss_mesh model_mesh(const model *m, double mm_per_unit);
 

@@ -48,3 +48,21 @@ int offscreen_draw(const gl_context *context, const offscreen_size *size,
     free(large);
     return 0;
 }
+
+int offscreen_write_png(const gl_context *context, const offscreen_size *size,
+                        void (*draw)(void *user, int width, int height), void *user, const char *path,
+                        char *error_text, size_t error_size)
+{
+    unsigned char *const rgb = malloc(3 * (size_t)size->width * (size_t)size->height);
+    int status = -1;
+    if (!rgb)
+    {
+        snprintf(error_text, error_size, "out of memory");
+    }
+    else if (offscreen_draw(context, size, draw, user, rgb, error_text, error_size) == 0)
+    {
+        status = image_write_png(path, size->width, size->height, rgb, error_text, error_size);
+    }
+    free(rgb);
+    return status;
+}

@@ -22,6 +22,11 @@ int offscreen_draw(const gl_context *context, const offscreen_size *size,
                    void (*draw)(void *user, int width, int height), void *user, unsigned char *rgb, char *error_text,
                    size_t error_size);
 
+// The same into a PNG file.
+int offscreen_write_png(const gl_context *context, const offscreen_size *size,
+                        void (*draw)(void *user, int width, int height), void *user, const char *path,
+                        char *error_text, size_t error_size);
+
 #ifdef __cplusplus
 }
 #endif

@@ -345,6 +345,317 @@ int mesh_load_bunny(mesh_data *out)
     return mesh_load_obj("/usr/share/glmark2/models/bunny.obj", out);
 }
 
+static uint32_t read_32(const unsigned char *bytes)
+{
+    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+}
+
+// The number behind "name": within an object of JSON that begins at text, or otherwise where it lacks.
+static size_t json_number(const char *text, const char *name, size_t otherwise)
+{
+    const char *end = strchr(text, '}'), *found = strstr(text, name);
+    if (found == NULL || (end != NULL && found > end))
+        return otherwise;
+    return (size_t)strtoul(found + strlen(name), NULL, 10);
+}
+
+// Object number index of the array "name":[{...},...], whose objects hold no others.
+static const char *json_object(const char *json, const char *name, size_t index)
+{
+    const char *at = strstr(json, name);
+    for (size_t i = 0; at != NULL && i <= index; ++i)
+        at = strchr(at + 1, '{');
+    return at;
+}
+
+// The bytes of an accessor, `width` each; NULL where they lie beyond the end.
+static const unsigned char *glb_accessor(const char *json, const unsigned char *binary, size_t bytes, size_t index,
+                                         size_t width, size_t *count)
+{
+    const char *accessor = json_object(json, "\"accessors\":[", index), *view;
+    size_t offset;
+    if (accessor == NULL)
+        return NULL;
+    view = json_object(json, "\"bufferViews\":[", json_number(accessor, "\"bufferView\":", 0));
+    *count = json_number(accessor, "\"count\":", 0);
+    if (view == NULL)
+        return NULL;
+    offset = json_number(accessor, "\"byteOffset\":", 0) + json_number(view, "\"byteOffset\":", 0);
+    return *count > 0 && offset < bytes && *count <= (bytes - offset) / width ? binary + offset : NULL;
+}
+
+static int read_glb(const char *json, const unsigned char *binary, size_t bytes, mesh_data *out)
+{
+    const char *primitive = strstr(json, "\"POSITION\":"), *at = strstr(json, "\"indices\":");
+    if (primitive == NULL || at == NULL)
+        return 1;
+    const size_t index = (size_t)strtoul(at + 10, NULL, 10);
+    const char *accessor = json_object(json, "\"accessors\":[", index);
+    const size_t width = accessor != NULL && json_number(accessor, "\"componentType\":", 0) == 5123 ? 2 : 4;
+    size_t vertices = 0, corners = 0;
+    const size_t positions = (size_t)strtoul(primitive + 11, NULL, 10);
+    const unsigned char *p = glb_accessor(json, binary, bytes, positions, 12, &vertices);
+    const unsigned char *i = glb_accessor(json, binary, bytes, index, width, &corners);
+    if (p == NULL || i == NULL || allocate(out, vertices, corners / 3) != 0)
+        return 1;
+    for (size_t k = 0; k < 3 * vertices; ++k)
+    {
+        const uint32_t bits = read_32(p + 4 * k);
+        memcpy(&out->positions[k], &bits, sizeof bits);
+    }
+    for (size_t k = 0; k < corners; ++k)
+    {
+        out->triangles[k] = width == 4 ? read_32(i + 4 * k) : (uint32_t)i[2 * k] | (uint32_t)i[2 * k + 1] << 8;
+        if (out->triangles[k] >= vertices)
+            return 1;
+    }
+    mesh_compute_normals(out);
+    return 0;
+}
+
+int mesh_load_glb(const char *path, mesh_data *out)
+{
+    FILE *file = fopen(path, "rb");
+    long size = -1;
+    int result = 1;
+    memset(out, 0, sizeof *out);
+    if (file == NULL)
+        return 1;
+    if (fseek(file, 0, SEEK_END) == 0)
+        size = ftell(file);
+    rewind(file);
+    unsigned char *bytes = size > 28 ? (unsigned char *)malloc((size_t)size + 1) : NULL;
+    if (bytes != NULL && fread(bytes, 1, (size_t)size, file) == (size_t)size && memcmp(bytes, "glTF", 4) == 0)
+    {
+        const size_t json = read_32(bytes + 12), head = 20 + json + 8;
+        if (json < (size_t)size && head < (size_t)size)
+        {
+            bytes[20 + json] = '\0'; // the length of the next chunk, which the file's size tells as well
+            result = read_glb((const char *)bytes + 20, bytes + head, (size_t)size - head, out);
+        }
+    }
+    if (result != 0)
+        mesh_free(out);
+    free(bytes);
+    (void)fclose(file);
+    return result;
+}
+
+static int read_ply(FILE *file, mesh_data *out)
+{
+    char line[1024];
+    size_t vertices = 0, triangles = 0, corners = 0;
+    while (fgets(line, sizeof line, file) != NULL && strncmp(line, "end_header", 10) != 0)
+    {
+        if (strncmp(line, "element vertex ", 15) == 0)
+            vertices = (size_t)strtoul(line + 15, NULL, 10);
+        if (strncmp(line, "element face ", 13) == 0)
+            triangles = (size_t)strtoul(line + 13, NULL, 10);
+    }
+    if (vertices == 0 || triangles == 0 || allocate(out, vertices, triangles) != 0)
+        return 1;
+    for (size_t v = 0; v < vertices && fgets(line, sizeof line, file) != NULL; ++v)
+    {
+        char *cursor = line;
+        for (size_t axis = 0; axis < 3; ++axis)
+            out->positions[3 * v + axis] = strtof(cursor, &cursor);
+    }
+    for (size_t t = 0; t < triangles && fgets(line, sizeof line, file) != NULL; ++t)
+    {
+        char *cursor = line;
+        if (strtoul(cursor, &cursor, 10) != 3)
+            return 1;
+        for (size_t k = 0; k < 3; ++k, ++corners)
+        {
+            out->triangles[3 * t + k] = (uint32_t)strtoul(cursor, &cursor, 10);
+            if (out->triangles[3 * t + k] >= vertices)
+                return 1;
+        }
+    }
+    return corners == 3 * triangles ? 0 : 1;
+}
+
+int mesh_load_ply(const char *path, mesh_data *out)
+{
+    FILE *file = fopen(path, "rb");
+    memset(out, 0, sizeof *out);
+    if (file == NULL)
+        return 1;
+    const int result = read_ply(file, out);
+    (void)fclose(file);
+    if (result != 0)
+        mesh_free(out);
+    else
+        mesh_compute_normals(out);
+    return result;
+}
+
+int mesh_load_model(const char *name, mesh_data *out)
+{
+    const char *folders[3] = {getenv("SSS_MODELS"), "build/models", "../shared/models"};
+    char path[512];
+    if (strcmp(name, "bunny") == 0)
+        return mesh_load_bunny(out);
+    memset(out, 0, sizeof *out);
+    for (size_t i = 0; i < 3; ++i)
+    {
+        if (folders[i] == NULL)
+            continue;
+        (void)snprintf(path, sizeof path, "%s/%s.glb", folders[i], name);
+        if (mesh_load_glb(path, out) == 0)
+            return 0;
+        (void)snprintf(path, sizeof path, "%s/%s.ply", folders[i], name);
+        if (mesh_load_ply(path, out) == 0)
+            return 0;
+    }
+    return 1;
+}
+
+// ---- Made from others ----
+
+int mesh_make(const float *positions, size_t vertex_count, const uint32_t *triangles, size_t triangle_count,
+              mesh_data *out)
+{
+    if (allocate(out, vertex_count, triangle_count) != 0)
+        return 1;
+    memcpy(out->positions, positions, 3 * vertex_count * sizeof(float));
+    memcpy(out->triangles, triangles, 3 * triangle_count * sizeof(uint32_t));
+    mesh_compute_normals(out);
+    return 0;
+}
+
+int mesh_sheet(int n, int m, void (*point)(double s, double t, double out[3]), mesh_data *out)
+{
+    const size_t columns = (size_t)n + 1, rows = (size_t)m + 1;
+    if (allocate(out, columns * rows, 2 * (size_t)n * (size_t)m) != 0)
+        return 1;
+    for (size_t j = 0; j < rows; ++j)
+        for (size_t i = 0; i < columns; ++i)
+        {
+            double p[3];
+            point((double)i / n, (double)j / m, p);
+            for (size_t axis = 0; axis < 3; ++axis)
+                out->positions[3 * (j * columns + i) + axis] = (float)p[axis];
+        }
+    for (size_t j = 0; j + 1 < rows; ++j)
+        for (size_t i = 0; i + 1 < columns; ++i)
+        {
+            uint32_t *t = &out->triangles[6 * (j * (columns - 1) + i)];
+            const uint32_t a = (uint32_t)(j * columns + i), b = a + 1, c = a + (uint32_t)columns, d = c + 1;
+            t[0] = a, t[1] = b, t[2] = d;
+            t[3] = a, t[4] = d, t[5] = c;
+        }
+    mesh_compute_normals(out);
+    return 0;
+}
+
+typedef struct edge_of_corner
+{
+    uint32_t low, high, corner; // corner k of triangle t is 3 t + k, its edge runs to the next corner
+} edge_of_corner;
+
+static int by_ends(const void *a, const void *b)
+{
+    const edge_of_corner *x = (const edge_of_corner *)a, *y = (const edge_of_corner *)b;
+    if (x->low != y->low)
+        return x->low < y->low ? -1 : 1;
+    if (x->high != y->high)
+        return x->high < y->high ? -1 : 1;
+    return x->corner < y->corner ? -1 : x->corner > y->corner;
+}
+
+int mesh_refine(const mesh_data *in, mesh_data *out)
+{
+    const size_t corners = 3 * in->triangle_count;
+    edge_of_corner *edges = (edge_of_corner *)malloc((corners + 1) * sizeof *edges);
+    uint32_t *middle = (uint32_t *)malloc((corners + 1) * sizeof *middle);
+    size_t count = 0;
+    memset(out, 0, sizeof *out);
+    for (size_t c = 0; edges != NULL && c < corners; ++c)
+    {
+        const uint32_t a = in->triangles[c], b = in->triangles[c % 3 == 2 ? c - 2 : c + 1];
+        edges[c].low = a < b ? a : b;
+        edges[c].high = a < b ? b : a;
+        edges[c].corner = (uint32_t)c;
+    }
+    if (edges != NULL)
+        qsort(edges, corners, sizeof *edges, by_ends);
+    for (size_t i = 0; edges != NULL && middle != NULL && i < corners; ++i)
+    {
+        count += i == 0 || edges[i].low != edges[i - 1].low || edges[i].high != edges[i - 1].high;
+        middle[edges[i].corner] = (uint32_t)(in->vertex_count + count - 1);
+    }
+    if (edges == NULL || middle == NULL || allocate(out, in->vertex_count + count, 4 * in->triangle_count) != 0)
+    {
+        free(edges);
+        free(middle);
+        return 1;
+    }
+    memcpy(out->positions, in->positions, 3 * in->vertex_count * sizeof(float));
+    for (size_t i = 0; i < corners; ++i)
+    {
+        const float *a = &in->positions[3 * (size_t)edges[i].low], *b = &in->positions[3 * (size_t)edges[i].high];
+        for (size_t axis = 0; axis < 3; ++axis)
+            out->positions[3 * (size_t)middle[edges[i].corner] + axis] = 0.5f * (a[axis] + b[axis]);
+    }
+    for (size_t t = 0; t < in->triangle_count; ++t)
+    {
+        const uint32_t *v = &in->triangles[3 * t], *m = &middle[3 * t];
+        const uint32_t four[12] = {v[0], m[0], m[2], m[0], v[1], m[1], m[2], m[1], v[2], m[0], m[1], m[2]};
+        memcpy(&out->triangles[12 * t], four, sizeof four);
+    }
+    mesh_compute_normals(out);
+    free(edges);
+    free(middle);
+    return 0;
+}
+
+typedef struct place_of_vertex
+{
+    float p[3];
+    uint32_t vertex;
+} place_of_vertex;
+
+static int by_place(const void *a, const void *b)
+{
+    const place_of_vertex *x = (const place_of_vertex *)a, *y = (const place_of_vertex *)b;
+    const int order = memcmp(x->p, y->p, sizeof x->p);
+    return order != 0 ? order : (x->vertex < y->vertex ? -1 : x->vertex > y->vertex);
+}
+
+int mesh_weld(const mesh_data *in, mesh_data *out)
+{
+    place_of_vertex *places = (place_of_vertex *)malloc((in->vertex_count + 1) * sizeof *places);
+    uint32_t *to = (uint32_t *)malloc((in->vertex_count + 1) * sizeof *to);
+    size_t count = 0;
+    if (places == NULL || to == NULL || mesh_copy(in, out) != 0)
+    {
+        free(places);
+        free(to);
+        return 1;
+    }
+    for (size_t v = 0; v < in->vertex_count; ++v)
+    {
+        for (size_t axis = 0; axis < 3; ++axis)
+            places[v].p[axis] = in->positions[3 * v + axis] + 0.0f; // -0 becomes 0
+        places[v].vertex = (uint32_t)v;
+    }
+    qsort(places, in->vertex_count, sizeof *places, by_place);
+    for (size_t i = 0; i < in->vertex_count; ++i)
+    {
+        if (i == 0 || memcmp(places[i].p, places[i - 1].p, sizeof places[i].p) != 0)
+            memcpy(&out->positions[3 * count++], places[i].p, sizeof places[i].p);
+        to[places[i].vertex] = (uint32_t)(count - 1);
+    }
+    out->vertex_count = count;
+    for (size_t c = 0; c < 3 * in->triangle_count; ++c)
+        out->triangles[c] = to[in->triangles[c]];
+    mesh_compute_normals(out);
+    free(places);
+    free(to);
+    return 0;
+}
+
 // ---- Thinned ----
 
 typedef struct cell_of_vertex

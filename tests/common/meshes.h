@@ -25,6 +25,16 @@ int mesh_load_obj(const char *path, mesh_data *out);
 // The bunny of Debian's glmark2-data, where it is installed.
 int mesh_load_bunny(mesh_data *out);
 
+// One triangle primitive of a binary glTF: float positions, indices of 16 or 32 bits; normals computed. For the models
+// that come with the project and for what gltfpack writes, not for files in general (examples/common/model.h).
+int mesh_load_glb(const char *path, mesh_data *out);
+
+// Stanford's PLY in ASCII: x y z first among a vertex's numbers, faces of three corners.
+int mesh_load_ply(const char *path, mesh_data *out);
+
+// A model by name: "bunny"; else NAME.glb or NAME.ply in $SSS_MODELS, build/models or ../shared/models.
+int mesh_load_model(const char *name, mesh_data *out);
+
 // A square of the given side around the origin in z = 0, facing +z, n x n cells of two triangles each.
 int mesh_grid(int n, double side, mesh_data *out);
 
@@ -33,6 +43,19 @@ int mesh_rectangle(double x0, double x1, double y0, double y1, mesh_data *out);
 
 // An octahedron whose triangles are split in four `levels` times and pushed out to the radius: 8 * 4^levels triangles.
 int mesh_sphere(int levels, double radius, mesh_data *out);
+
+// Every triangle cut into four at the middles of its edges, which triangles share where they share the edge.
+int mesh_refine(const mesh_data *in, mesh_data *out);
+
+// A sheet (x(s, t), y(s, t), z(s, t)), (s, t) in [0, 1]^2, of n x m cells; facing s x t.
+int mesh_sheet(int n, int m, void (*point)(double s, double t, double out[3]), mesh_data *out);
+
+// Vertices whose positions agree in every bit become one; triangles stay, in their order.
+int mesh_weld(const mesh_data *in, mesh_data *out);
+
+// Copies of a number of given vertices and triangles, normals computed.
+int mesh_make(const float *positions, size_t vertex_count, const uint32_t *triangles, size_t triangle_count,
+              mesh_data *out);
 
 // Vertex clustering: one vertex (the mean) for each occupied cell of a cubic grid; degenerate and repeated triangles
 // go.
