@@ -44,6 +44,7 @@ int hao_load(const hao_settings *s, const char *name, double size_mm, hao_model 
         mesh_free(&out->mesh);
         out->mesh = thin;
     }
+    (void)mesh_turn_outward(&out->mesh);
     out->name = name;
     out->view = mesh_view(&out->mesh, size_mm / mesh_extent(&out->mesh));
     out->profile = profile_of("Marble");
