@@ -28,6 +28,7 @@
 #include "common/lights.h"
 #include "common/methods.h"
 #include "common/model.h"
+#include "common/services.h"
 #include "common/shade.h"
 #include "common/threads.h"
 
@@ -650,11 +651,11 @@ static int light_scene(bake *b)
         }
         return read_irradiance(b);
     }
-    const double start = method_seconds();
+    const double start = services_seconds();
     const int reflections = b->o.png && b->o.roughness > 0.0;
     const int status = lights_irradiance(l, &b->model, b->material.eta, b->o.threads, b->irradiance,
                                          reflections ? b->seen : NULL, b->error, sizeof b->error);
-    b->irradiance_ms = 1e3 * (method_seconds() - start);
+    b->irradiance_ms = 1e3 * (services_seconds() - start);
     return status;
 }
 

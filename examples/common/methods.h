@@ -52,9 +52,6 @@ const char *method_geometry(const char *name);
 // "direct, lambert, ...": one line of help a method, the index-th of them; NULL behind the last.
 const char *method_help(size_t index);
 
-// Seconds on a clock that only runs forward.
-double method_seconds(void);
-
 #ifdef __cplusplus
 }
 #endif
