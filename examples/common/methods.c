@@ -314,8 +314,10 @@ static const struct
 } methods[] = {
     {"direct", "direct   every vertex from every triangle: sss_dipole.h", run_direct, NULL},
     {"bem", "bem      every vertex from a hierarchy of clusters, geometry placed: sss_bem.h", run_bem, "placed"},
+    {"hao", "hao      every vertex for some 200 lights in advance, then any light at once: sss_hao.h", method_hao,
+     "distance"},
     {"lambert", "lambert  diffuse reflection only, nothing travels inside: sss_dipole.h", run_lambert, NULL},
-    {"auto", "auto     the least of these that meets the tolerance, for the geometry", run_auto, NULL},
+    {"auto", "auto     the least of direct, bem and lambert that meets the tolerance, for the geometry", run_auto, NULL},
 };
 
 const char *method_geometry(const char *name)
