@@ -1,5 +1,5 @@
 // The tiny example of sss_hao.h: a light circles a mesh. Side by side the same integrals kept in three ways:
-// uncompressed, as spherical harmonics, as reference points; then what the last two differ by from the first, ten times.
+// uncompressed, as spherical harmonics, as reference points; then ten times what the last two are off.
 //     build/hao [MESH.glb] [--material NAME] [--size-mm S] [--glsl 0|1]     a window: G shades the reference points by
 //                                                     the vertex shader (--glsl 1: from the start), H holds the light,
 //                                                     drag to turn, wheel to zoom, Escape to leave

@@ -1,5 +1,5 @@
 // Draws one object side by side as its radiosity comes from three objects of sss_hao.h: uncompressed, spherical
-// harmonics, reference points; then what the last two differ by from the first, magnified. Captions say what each costs.
+// harmonics, reference points; then what the last two are off, magnified. Captions say what each costs.
 #ifndef EXAMPLES_HAO_VIEW_H
 #define EXAMPLES_HAO_VIEW_H
 

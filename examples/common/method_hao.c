@@ -93,8 +93,8 @@ static int take_options(run *r)
     const double *const ambient = job->lights ? job->lights->ambient : NULL;
     if (!job->lights)
     {
-        snprintf(r->error_text, r->error_size, "hao: a file of irradiance does not say where its light comes from; give "
-                 "--light or --ambient, or take --method direct");
+        snprintf(r->error_text, r->error_size, "hao: a file of irradiance does not say where its light comes from; "
+                 "give --light or --ambient, or take --method direct");
         return -1;
     }
     if (job->tolerance > 0.0 && (job->tolerance < TIGHTEST || job->tolerance > COARSEST))
@@ -144,7 +144,7 @@ static int read_bytes(void *user, void *bytes, size_t count)
     return fread(bytes, 1, count, user) != count;
 }
 
-// Returns 0 with r->hao NULL where there is nothing to be read; -1 where the file is something else, which is then kept.
+// Returns 0 with r->hao NULL where there is nothing to be read; -1 where the file is something else, which is kept.
 static int read_cache(run *r, uint64_t hash)
 {
     const char *const path = r->job->hao.cache;

@@ -317,7 +317,8 @@ static const struct
     {"hao", "hao      every vertex for some 200 lights in advance, then any light at once: sss_hao.h", method_hao,
      "distance"},
     {"lambert", "lambert  diffuse reflection only, nothing travels inside: sss_dipole.h", run_lambert, NULL},
-    {"auto", "auto     the least of direct, bem and lambert that meets the tolerance, for the geometry", run_auto, NULL},
+    {"auto", "auto     the least of direct, bem and lambert that meets the tolerance, for the geometry", run_auto,
+     NULL},
 };
 
 const char *method_geometry(const char *name)
