@@ -221,8 +221,11 @@ static int load(hao_show *s, const words *w)
     sss_result result = sss_dipole_material_by_name(w->material, &medium);
     result = result == SSS_OK ? sss_dipole_profile(&medium, SSS_DIPOLE_FRESNEL_EXACT, &s->profile) : result;
     snprintf(s->reason, sizeof s->reason, "material %s: %s", w->material, sss_result_string(result));
-    snprintf(s->look.heading, sizeof s->look.heading, "%zu vertices, %s, %g mm", s->m.vertex_count, w->material,
+    snprintf(s->look.heading[0], sizeof s->look.heading[0], "%zu vertices, %s, %g mm", s->m.vertex_count, w->material,
              w->size_mm);
+    snprintf(s->look.heading[2], sizeof s->look.heading[2], "G: reference points by the vertex shader");
+    snprintf(s->look.heading[3], sizeof s->look.heading[3], "H: the light stays");
+    snprintf(s->look.heading[4], sizeof s->look.heading[4], "drag, wheel: another view");
     return result == SSS_OK ? 0 : -1;
 }
 

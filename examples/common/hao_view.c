@@ -81,7 +81,7 @@ static const char fragment_shader[] =
     "float studio(vec3 d)\n" // a dark room, lighter above, with two soft boxes
     "{\n"
     "    float up = 0.5 + 0.5*d.y;\n"
-    "    return 0.03 + 0.2*up*up + 1.6*lamp(d, vec3(-0.8, 0.7, 0.6), 0.86) + 0.7*lamp(d, vec3(1.0, 0.35, 0.1), 0.93);\n"
+    "    return 0.02 + 0.1*up*up + 0.7*lamp(d, vec3(-0.8, 0.7, 0.6), 0.86) + 0.3*lamp(d, vec3(1.0, 0.35, 0.1), 0.93);\n"
     "}\n"
     "vec3 shown(vec3 radiosity, float n_v, float reflected)\n"
     "{\n"
@@ -356,7 +356,7 @@ static void describe(const hao_view *v, const hao_look *look, const panel *p, ch
         snprintf(lines[0], sizeof lines[0], "difference x %d", MAGNIFIED);
         if (isfinite(look->error[p->view]))
         {
-            snprintf(lines[1], sizeof lines[1], "%.2f %% of radiosity", 100.0 * look->error[p->view]);
+            snprintf(lines[1], sizeof lines[1], "radiosity %.2f %% off", 100.0 * look->error[p->view]);
         }
         return;
     }
@@ -409,6 +409,10 @@ void hao_view_draw(const hao_view *v, const hao_look *look, int width, int heigh
             draw_path(&text, look, &p);
         }
     }
-    const double heading[2] = {left + (wide ? 3.04 : 0.04) * side, wide ? 0.08 * side : (CAPTION + 0.5) * side};
-    label_text(&text, heading, LETTER * side, -1, FAINT, look->heading);
+    for (int i = 0; i < (wide ? 1 : HAO_LINES); ++i)
+    {
+        const double at[2] = {left + (wide ? 4.04 : 0.04) * side,
+                              wide ? (CAPTION - 3.0 * LINE) * side : (CAPTION + 0.6 - LINE * i) * side};
+        label_text(&text, at, LETTER * side, -1, FAINT, look->heading[i]);
+    }
 }

@@ -21,7 +21,8 @@ enum
     HAO_VIEW_FLOAT, // uncompressed: what the others are compared with
     HAO_VIEW_HARMONICS,
     HAO_VIEW_REFERENCES,
-    HAO_VIEWS
+    HAO_VIEWS,
+    HAO_LINES = 5 // of the heading; only the first is drawn where all panels are in a row
 };
 
 // One picture.
@@ -32,7 +33,7 @@ typedef struct hao_look
     double bytes[HAO_VIEWS]; // of a vertex
     double ms[HAO_VIEWS];    // of relighting
     double error[HAO_VIEWS]; // of radiosity, relative L2; NaN: not known
-    char heading[128];       // mesh, size, material
+    char heading[HAO_LINES][64];
 } hao_look;
 
 // The material gives the exit factor. NULL on failure, with the reason in error_text.
