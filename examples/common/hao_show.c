@@ -25,6 +25,7 @@ static const double AZIMUTH = 20.0, ELEVATION = 8.0; // of the camera, degrees
 static const double HEIGHT = 25.0;   // of the light above the horizon, degrees
 static const double TURN = 40.0;     // of the light, degrees a second
 static const double PLACE[PLACES] = {50.0, 130.0, 215.0}; // degrees from the camera, to its right
+static const double ADAPTED = 0.4;   // how far the exposure follows the light, 1: all the way
 static const double SMOOTHING = 0.1; // share of the newest frame in the times that a window shows
 static const double REPORT_S = 1.0;  // how often they are printed
 
@@ -39,7 +40,9 @@ static void place_light(hao_show *s, double degrees)
 static int relight(hao_show *s)
 {
     const int status = s->relight(s->user, s);
-    s->look.exposure = status == 0 ? shade_exposure(&s->m, &s->look.eye, s->brightness) : 1.0;
+    const double own = status == 0 ? shade_exposure(&s->m, &s->look.eye, s->brightness) : 1.0;
+    s->first_exposure = s->first_exposure > 0.0 ? s->first_exposure : own;
+    s->look.exposure = s->first_exposure * pow(own / s->first_exposure, ADAPTED);
     return status;
 }
 

@@ -26,6 +26,7 @@ struct hao_show
     sss_profile profile;
     hao_view *view;
     hao_look look;
+    double first_exposure; // where the light began; 0: not known yet
     int by_shader;        // the vertex shader shades reference points: G
     char reason[1024];    // of the last failure
 };
