@@ -551,7 +551,7 @@ static void hao_agrees_with_direct(void)
         CHECK_EQUAL(bake("%s --method direct --tolerance %g --dump " FOLDER "direct.f32", all, direct_tolerance), 0);
         CHECK_EQUAL(bake("%s --method hao --report --dump " FOLDER "hao.f32", all), 0);
         const double predicted = reported("predicted_error");
-        CHECK_BETWEEN(predicted, 1e-4, 0.05);
+        CHECK_BETWEEN(predicted, 1e-4, 0.15); // a thousand vertices are a coarse mesh for marble of this size
         // The prediction is a mean over lights and vertices; one light may be off by twice as much.
         CHECK_BELOW(rel_l2(&m, FOLDER "hao.f32", FOLDER "direct.f32"), 2.0 * predicted);
         CHECK_EQUAL(bake("%s --method lambert --dump " FOLDER "lambert.f32", all), 0);
@@ -562,7 +562,8 @@ static void hao_agrees_with_direct(void)
 
 static void hao_takes_soft_lights_and_surroundings(void)
 {
-    static const char *const options[] = {"--soft 8", "--ambient 0.3,0.2,0.1", "--soft 3 --ambient 1 --light -1,0,0"};
+    static const char *const options[] = {"--light 0,1,1 --soft 8", "--no-shadows --ambient 0.3,0.2,0.1",
+                                          "--light -1,0,0 --soft 3 --ambient 1"};
     char error[256] = "";
     model m;
     if (!CHECK(model_load(MESH, &m, error, sizeof error) == 0))
@@ -572,12 +573,21 @@ static void hao_takes_soft_lights_and_surroundings(void)
     for (size_t i = 0; i < sizeof options / sizeof options[0]; ++i)
     {
         test_about("%s", options[i]);
-        CHECK_EQUAL(bake(MESH " %s --size-mm 40 %s --dump " FOLDER "direct.f32", unsized, options[i]), 0);
-        CHECK_EQUAL(bake(MESH " %s --size-mm 40 %s --method hao --report --dump " FOLDER "hao.f32", unsized,
+        CHECK_EQUAL(bake(MESH " --material marble --size-mm 40 %s --dump " FOLDER "direct.f32", options[i]), 0);
+        CHECK_EQUAL(bake(MESH " --material marble --size-mm 40 %s --method hao --report --dump " FOLDER "hao.f32",
                          options[i]), 0);
         CHECK_BELOW(rel_l2(&m, FOLDER "hao.f32", FOLDER "direct.f32"), 2.0 * reported("predicted_error"));
     }
     model_free(&m);
+}
+
+static void hao_keeps_its_prediction(void)
+{   // Oracle: the converged integral over the whole bunny, for a light between those of the set.
+    CHECK_EQUAL(bake("build/models/bunny.glb --material marble --size-mm 50 --light 0.5,0.6,-0.7 --method hao --report "
+                     "--reference 60"), 0);
+    CHECK_BETWEEN(reported("predicted_error"), 1e-3, 0.1);
+    // 60 vertices and one light stand for all.
+    CHECK_BELOW(reported("rel_l2"), 1.5 * reported("predicted_error"));
 }
 
 static void hao_reports_what_it_keeps(void)
@@ -1160,6 +1170,7 @@ int main(int argc, char **argv)
                                       TEST(bem_says_what_it_cannot_do),
                                       TEST(hao_agrees_with_direct),
                                       TEST(hao_takes_soft_lights_and_surroundings),
+                                      TEST(hao_keeps_its_prediction),
                                       TEST(hao_reports_what_it_keeps),
                                       TEST(hao_keeps_integrals_in_a_file),
                                       TEST(hao_says_what_it_cannot_do),
