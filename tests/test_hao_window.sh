@@ -57,7 +57,7 @@ if have compare; then
     job "both look the same" "
         for i in 0 1; do convert '$work/strip'\$i.png -crop 730x245+0+0 +repage '$work/views'\$i.png; done
         compare -metric RMSE '$work/views0.png' '$work/views1.png' null: 2>'$work/rmse'
-        sed 's/.*(\(.*\))/note: RMSE \1/' '$work/rmse'
+        sed 's/.*(\(.*\))/note: RMSE \1/' '$work/rmse'; echo
         awk -F'[()]' '{ exit !(\$2 < 0.004) }' '$work/rmse'"
 else skip "both look the same" "no ImageMagick"
 fi
