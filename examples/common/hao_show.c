@@ -226,15 +226,15 @@ static int load(hao_show *s, const words *w)
     snprintf(s->reason, sizeof s->reason, "material %s: %s", w->material, sss_result_string(result));
     snprintf(s->look.heading[0], sizeof s->look.heading[0], "%zu vertices, %s, %g mm", s->m.vertex_count, w->material,
              w->size_mm);
-    snprintf(s->look.heading[2], sizeof s->look.heading[2], "G: reference points by the vertex shader");
+    snprintf(s->look.heading[2], sizeof s->look.heading[2], "G: by the vertex shader");
     snprintf(s->look.heading[3], sizeof s->look.heading[3], "H: the light stays");
-    snprintf(s->look.heading[4], sizeof s->look.heading[4], "drag, wheel: another view");
+    snprintf(s->look.heading[4], sizeof s->look.heading[4], "drag, wheel: turn, zoom");
     return result == SSS_OK ? 0 : -1;
 }
 
 int hao_show_run(hao_show *s, const char *name, int argc, char **argv)
 {
-    words w = {.mesh = "build/models/bunny.glb", .material = "marble", .size_mm = 40.0};
+    words w = {.mesh = "build/models/bunny.glb", .material = "skimmilk", .size_mm = 25.0};
     if (parse(s, &w, argc, argv) != 0)
     {
         fprintf(stderr, "usage: %s [MESH.glb] [--material NAME] [--size-mm S] [--glsl 0|1] [--headless OUT.png]\n",

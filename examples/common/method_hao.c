@@ -1,4 +1,4 @@
-#define _POSIX_C_SOURCE 200809L // getpid, isatty
+#define _POSIX_C_SOURCE 200809L // getpid
 
 #include <errno.h>
 #include <math.h>
@@ -205,7 +205,7 @@ static int compute(run *r)
     }
     r->options.visibility_user = r->shadow;
     const int large = job->mesh.vertex_count > LONG_VERTICES;
-    r->services.what = job->announce && large && isatty(STDERR_FILENO) ? "precomputing" : NULL;
+    r->services.what = job->announce && large ? "precomputing" : NULL;
     const sss_result result = sss_hao_create(&job->mesh, job->profile, &r->options, &r->hooks, &r->hao);
     services_end_progress(&r->services);
     r->services.what = NULL;

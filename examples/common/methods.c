@@ -1,11 +1,8 @@
-#define _POSIX_C_SOURCE 200809L // isatty
-
 #include "methods.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "../../sss_bem.h"
 #include "services.h"
@@ -105,7 +102,7 @@ static int gather(sss_dipole_gather *g, services *s, const method_job *job, floa
         if (expected > LONG_S)
         {
             announce(expected, job, job->mesh.vertex_count);
-            s->what = isatty(STDERR_FILENO) ? "gathering" : NULL;
+            s->what = "gathering";
         }
     }
     start = services_seconds();
@@ -123,7 +120,7 @@ static int gather_points(sss_dipole_gather *g, services *s, const method_job *jo
     if (job->announce && expected > LONG_S)
     {
         announce(expected, job, job->points.count);
-        s->what = isatty(STDERR_FILENO) ? "gathering" : NULL;
+        s->what = "gathering";
     }
     const double start = services_seconds();
     const sss_result status = sss_dipole_gather_run(g, &job->points, job->point_radiosity);
@@ -236,7 +233,7 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
 {
     services s = {.threads = job->threads};
     const int large = job->mesh.triangle_count > LONG_TRIANGLES;
-    s.what = job->announce && large && isatty(STDERR_FILENO) ? "gathering" : NULL;
+    s.what = job->announce && large ? "gathering" : NULL;
     const sss_hooks hooks = services_hooks(&s);
     const sss_bem_options options = {.tolerance = job->tolerance, .guard = job->guard};
     sss_bem *bem = NULL;

@@ -1,9 +1,10 @@
-#define _POSIX_C_SOURCE 200809L // clock_gettime
+#define _POSIX_C_SOURCE 200809L // clock_gettime, isatty
 
 #include "services.h"
 
 #include <stdio.h>
 #include <time.h>
+#include <unistd.h>
 
 #include "threads.h"
 
@@ -13,9 +14,14 @@ static void parallel_for(void *user, size_t count, void (*task)(void *context, s
     threads_parallel_for(((const services *)user)->threads, count, task, context);
 }
 
+static int is_shown(const services *s)
+{
+    return s->what && isatty(STDERR_FILENO);
+}
+
 void services_end_progress(const services *s)
 {
-    if (s->what)
+    if (is_shown(s))
     {
         fprintf(stderr, "\r%40s\r", "");
         fflush(stderr);
@@ -26,7 +32,7 @@ static int progress(void *user, double fraction)
 {
     services *const s = user;
     const int percent = (int)(100.0 * fraction);
-    if (s->what && percent != s->last_percent)
+    if (is_shown(s) && percent != s->last_percent)
     {
         services_end_progress(s);
         if (percent < 100)

@@ -11,7 +11,7 @@ extern "C" {
 typedef struct services
 {
     int threads;
-    const char *what;  // is going on, before a progress in per cent on stderr; NULL: silent
+    const char *what;  // is going on, before a progress in per cent where stderr is a terminal; NULL: silent
     int last_percent;  // shown
 } services;
 
