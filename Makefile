@@ -43,8 +43,8 @@ all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABIL
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
-	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes, draws what deforms and the"
-	@echo "                bunny's atlases: examples/pictures/gallery.png, bem.png, atlas.png"
+	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes, draws what deforms, the"
+	@echo "                bunny's atlases and the light round it: examples/pictures/gallery, bem, atlas, hao.png"
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
 	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
