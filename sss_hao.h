@@ -71,7 +71,7 @@
 //     not say which set it took.
 //   * Coefficients are fitted by weighted least squares, whose limit for many directions is the paper's projection, and
 //     to what the decoded reference points leave over, so that a byte's rounding there is made up for.
-//   * Vertices hang on the triangle of reference points, of those around, that leaves the harmonics the least to do, with
+//   * Vertices hang on the triangle of reference points, of those around, that leaves least to the harmonics, with
 //     weights fitted to that end, which the paper proposes as future work: a fifth to a third less error for the same
 //     bytes. SSS_HAO_BARYCENTRIC is the paper's.
 //   * q carries no 1/pi: radiosity is what all headers of the family give.
@@ -205,7 +205,7 @@ typedef enum sss_hao_storage
     SSS_HAO_HARMONICS,      // spherical harmonics alone, 16 bits a coefficient (4.1)
     SSS_HAO_TABLE,          // a byte for each direction into a Lloyd-Max table (4)
     SSS_HAO_FLOAT,          // scalars q, a float for each direction (3.1)
-    SSS_HAO_VECTORS         // vectors Q, three floats for each direction (3.1)
+    SSS_HAO_VECTORS         // vectors Q, three floats for each direction (3.1): far slower, and no better than scalars
 } sss_hao_storage;
 
 // What is summed for one q.
@@ -281,7 +281,7 @@ typedef struct sss_hao_stats
     sss_hao_interpolation interpolation;
     sss_hao_weights weights;
     size_t vertex_count, triangle_count;
-    int inside_out;                // 1: the triangles enclose a negative volume: they look inwards, and nearly all is dark
+    int inside_out;                // 1: triangles enclose a negative volume: they look inwards, and nearly all is dark
     size_t reference_triangle_count;
     size_t lighting_count;         // entries of a lighting: three floats each
     double center[3];              // of the mesh's box, mesh units: what distances are measured from
@@ -361,8 +361,10 @@ typedef struct sss_hao_light
     sss_hao_light_kind kind; // 0: directional
 } sss_hao_light;
 
-// A lighting is how much of each light of the set there is: [stats.lighting_count][3] floats. Any number of lights
-// amounts to one; zeroed it is darkness, and lightings may be added and scaled. Relighting costs the same for all.
+// A lighting is how much of each light of the set there is, and its harmonics where these are stored:
+// [stats.lighting_count][3] floats, for one object, or others with the same directions, distances, storage and order.
+// Any number of lights amounts to one; zeroed it is darkness, and lightings may be added and scaled. Relighting costs
+// the same for all.
 
 // Adds lights. The texels of an environment map are directional lights, of their radiance times their solid angle.
 // A direction is shared among the three or four nearest of the set (3.2), a point light among these at the two nearest
@@ -385,6 +387,10 @@ SSS_HAO_API sss_result sss_hao_add_environment(const sss_hao *hao, const double 
 //   lights     [count];   radiosity  [V][channels], W/mm^2, >= 0. Outgoing radiance is F_t(w_o)/pi B
 // Runs through hooks.parallel_for. Not concurrent with other calls on the same object. Errors as sss_hao_add_lights.
 SSS_HAO_API sss_result sss_hao_relight(sss_hao *hao, const sss_hao_light *lights, size_t count, float *radiosity);
+
+// The same for a lighting, as of an environment.   lighting  [lighting_count][3], finite
+// SSS_ERROR_INVALID_ARGUMENT.
+SSS_HAO_API sss_result sss_hao_relight_lighting(sss_hao *hao, const float *lighting, float *radiosity);
 
 // The same in its two steps, which may run concurrently. First what reference points radiate: O(references).
 //   lighting    [lighting_count][3], finite
@@ -424,7 +430,7 @@ SSS_HAO_API sss_result sss_hao_load(uint64_t hash, sss_hao_read read, void *user
 // What a vertex shader needs of an object with reference points, as 32-bit words for a texture of format R32UI,
 // SSS_HAO_TEXTURE_WIDTH texels wide; how they are laid out stands beside the GLSL.
 //   words  [height][SSS_HAO_TEXTURE_WIDTH]; NULL: only height is returned
-// SSS_ERROR_INVALID_ARGUMENT: null, or another storage.
+// SSS_ERROR_INVALID_ARGUMENT: null, another storage, or an object with distances; _OVERFLOW: more than 2^31 words.
 #define SSS_HAO_TEXTURE_WIDTH 2048
 SSS_HAO_API sss_result sss_hao_get_texture(const sss_hao *hao, uint32_t *words, size_t *height);
 
@@ -962,6 +968,7 @@ static void sss_hao__find_triangle(const sss_hao__set *set, const double w[3], s
     double angle[3], sum, p[3][3], place[2];
     size_t i, j, step;
     int c, k, least, up;
+    memset(lambda, 0, 3 * sizeof *lambda);
     for (c = 0; c < 3; c++)
     {
         angle[c] = asin(sss_hao__min(a[c], 1.0));
@@ -1079,7 +1086,7 @@ static void sss_hao__interpolate_lattice(const sss_hao__set *set, const double w
     size_t base[3];
     uint32_t cell[4];
     double sum;
-    int c, up;
+    int c, up = 0;
     sss_hao__find_triangle(set, w, base, &up, index, weight);
     if (set->four && sss_hao__find_cell(set, w, base, up, cell))
     {
@@ -9172,11 +9179,49 @@ static void sss_hao__finish_stats(sss_hao *a)
     s->bytes = a->memory.bytes;
 }
 
-// From integrals to the finished arrays.   order [V] or NULL, see sss_hao__store; fractions of progress: from .. 1
-static sss_result sss_hao__keep(sss_hao *a, sss_hao__build *b, const sss_mesh *mesh, const uint32_t *order,
-                                sss_hao__rows rows, void *rows_user, double from)
+// The order in which rows are computed: groups of neighbours among reference points, then among the others, which is
+// how sss_hao__store asks for them: those that follow each other in the order of all vertices lie too far apart to be
+// summed at once. Vertices without light last.   order  [V]
+static sss_result sss_hao__order_rows(sss_hao__build *b, const sss_hao__references *r, uint32_t **order)
+{
+    unsigned char *kind = (unsigned char *)sss_hao__take(&b->memory, b->vertex_count, 1);
+    size_t i, first, count = 0;
+    int k;
+    *order = (uint32_t *)sss_hao__take(&b->memory, b->vertex_count, sizeof **order);
+    if (kind == NULL || *order == NULL)
+    {
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    for (i = 0; i < r->count; i++)
+    {
+        kind[r->vertex[i]] = 1;
+    }
+    for (i = 0; i < b->vertex_count; i++)
+    {
+        kind[i] = (unsigned char)(!(b->area[i] > 0.0) ? 2 : kind[i] == 1 ? 0 : 1);
+    }
+    for (k = 0; k < 3; k++)
+    {
+        first = count;
+        for (i = 0; i < b->vertex_count; i++)
+        {
+            if (kind[i] == k)
+            {
+                (*order)[count++] = (uint32_t)i;
+            }
+        }
+        sss_hao__halve((const double (*)[3])b->x, *order + first, count - first, SSS_HAO__GROUP, 1, NULL);
+    }
+    sss_hao__drop(&b->memory, kind);
+    return SSS_OK;
+}
+
+// From integrals to the finished arrays.   fractions of progress: from .. 1
+static sss_result sss_hao__keep(sss_hao *a, sss_hao__build *b, const sss_mesh *mesh, sss_hao__rows rows,
+                                void *rows_user, double from)
 {
     sss_hao__references references;
+    uint32_t *order = NULL;
     sss_hao__stage stage;
     sss_hooks hooks;
     const size_t before = b->memory.peak + a->memory.bytes;
@@ -9190,6 +9235,7 @@ static sss_result sss_hao__keep(sss_hao *a, sss_hao__build *b, const sss_mesh *m
         a->stats.reference_triangle_count = references.triangle_count;
         result = result == SSS_OK ? sss_hao__tell(&b->memory.hooks, from + 0.02) : result;
     }
+    result = result == SSS_OK ? sss_hao__order_rows(b, &references, &order) : result;
     stage.hooks = &b->memory.hooks;
     stage.from = from + 0.02;
     stage.to = 0.99;
@@ -9284,9 +9330,7 @@ static sss_result sss_hao__compute(sss_hao__build *b, const sss_mesh *mesh, cons
         b->stats.range = b->range * b->mm;
         result = sss_hao__take_over(a, b, mesh->mm_per_unit);
     }
-    return result == SSS_OK
-               ? sss_hao__keep(a, b, mesh, sss_hao__sum_order(b), sss_hao__compute_rows, &source, 0.27)
-               : result;
+    return result == SSS_OK ? sss_hao__keep(a, b, mesh, sss_hao__compute_rows, &source, 0.27) : result;
 }
 
 SSS_HAO_API sss_result sss_hao_create(const sss_mesh *mesh, const sss_profile *profile,
@@ -9381,7 +9425,7 @@ static sss_result sss_hao__rerun(sss_hao__build *b, const sss_mesh *mesh, const 
         result = sss_hao__settle_order(&b->memory, &from->set, asked, &a->stats.order);
         sss_hao__set_dimensions(a);
     }
-    return result == SSS_OK ? sss_hao__keep(a, b, mesh, NULL, sss_hao__copy_rows, &source, 0.01) : result;
+    return result == SSS_OK ? sss_hao__keep(a, b, mesh, sss_hao__copy_rows, &source, 0.01) : result;
 }
 
 SSS_HAO_API sss_result sss_hao_compress(const sss_hao *from, const sss_mesh *mesh, const sss_hao_options *options,
@@ -9758,9 +9802,23 @@ static void sss_hao__relight_vectors(const sss_hao *a, const sss_hao_light *ligh
     }
 }
 
-SSS_HAO_API sss_result sss_hao_relight(sss_hao *hao, const sss_hao_light *lights, size_t count, float *radiosity)
+static void sss_hao__relight_own(sss_hao *hao, const float *lighting, float *radiosity)
 {
     sss_hao__relighting r;
+    if (hao->stats.storage == SSS_HAO_REFERENCES)
+    {
+        sss_hao__relight_references(hao, lighting, hao->references);
+    }
+    memset(&r, 0, sizeof r);
+    r.a = hao;
+    r.lighting = lighting;
+    r.references = hao->references;
+    r.radiosity = radiosity;
+    sss_hao__parallel(&hao->memory.hooks, hao->stats.vertex_count, sss_hao__rows_task, &r);
+}
+
+SSS_HAO_API sss_result sss_hao_relight(sss_hao *hao, const sss_hao_light *lights, size_t count, float *radiosity)
+{
     sss_result result;
     if (hao == NULL || radiosity == NULL)
     {
@@ -9777,20 +9835,17 @@ SSS_HAO_API sss_result sss_hao_relight(sss_hao *hao, const sss_hao_light *lights
         sss_hao__relight_vectors(hao, lights, count, radiosity);
         return SSS_OK;
     }
-    if (!sss_hao__all_finite(hao->lighting, 3 * hao->stats.lighting_count))
+    return sss_hao_relight_lighting(hao, hao->lighting, radiosity);
+}
+
+SSS_HAO_API sss_result sss_hao_relight_lighting(sss_hao *hao, const float *lighting, float *radiosity)
+{
+    if (hao == NULL || lighting == NULL || radiosity == NULL
+        || !sss_hao__all_finite(lighting, 3 * hao->stats.lighting_count)) // also where float cannot hold so many lights
     {
-        return SSS_ERROR_INVALID_ARGUMENT; // so many lights that float cannot hold their sum
+        return SSS_ERROR_INVALID_ARGUMENT;
     }
-    if (hao->stats.storage == SSS_HAO_REFERENCES)
-    {
-        sss_hao__relight_references(hao, hao->lighting, hao->references);
-    }
-    memset(&r, 0, sizeof r);
-    r.a = hao;
-    r.lighting = hao->lighting;
-    r.references = hao->references;
-    r.radiosity = radiosity;
-    sss_hao__parallel(&hao->memory.hooks, hao->stats.vertex_count, sss_hao__rows_task, &r);
+    sss_hao__relight_own(hao, lighting, radiosity);
     return SSS_OK;
 }
 
