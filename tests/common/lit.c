@@ -161,9 +161,9 @@ void lit_rays_visible(const lit_rays *rays, const double light[3], double distan
 // ---- Rows ----
 
 #define MAX_DEPTH 60     // halvings of a triangle around a receiver
-#define FINE_RATIO 0.25  // longest edge over the distance of the nearest source
-#define FINE_DECAY 0.5   // sigma_tr times the longest edge
-#define NOTHING 80.0     // exponents from which on nothing is left
+#define FINE_RATIO 0.5   // longest edge over the distance of the nearest source
+#define FINE_DECAY 1.5   // sigma_tr times the longest edge
+#define NOTHING 45.0     // exponents from which on nothing is left
 
 typedef struct kernels
 {

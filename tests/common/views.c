@@ -195,7 +195,7 @@ double views_exposure(const views *v, const float *B)
     return exposure;
 }
 
-double views_rmse(const views *v, const float *B, const float *want, double exposure, double *mean)
+double views_rmse(const views *v, views_tone tone, const float *B, const float *want, double exposure, double *mean)
 {
     double worst = 0.0, sum = 0.0;
     for (size_t i = 0; i < v->count; ++i)
@@ -205,8 +205,10 @@ double views_rmse(const views *v, const float *B, const float *want, double expo
         for (size_t k = 0; k < v->side * v->side; ++k)
             for (size_t c = 0; c < 3 && pixels[k].triangle != UINT32_MAX; ++c)
             {
-                const double difference = tone_map(exposure * radiance(v, &pixels[k], B, c)) -
-                                          tone_map(exposure * radiance(v, &pixels[k], want, c));
+                const double got = exposure * radiance(v, &pixels[k], B, c);
+                const double exact = exposure * radiance(v, &pixels[k], want, c);
+                const double difference =
+                    tone == VIEWS_LINEAR ? fmin(got, 1.0) - fmin(exact, 1.0) : tone_map(got) - tone_map(exact);
                 squares += difference * difference;
             }
         const double rmse = sqrt(squares / (double)(3 * v->side * v->side));

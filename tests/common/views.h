@@ -19,7 +19,15 @@ void views_free(views *v);
 // The exposure that puts all but the brightest hundredth of the pixels below white.   B  [V][3]
 double views_exposure(const views *v, const float *B);
 
+// How radiance times exposure becomes a pixel in [0, 1]: by the filmic curve and sRGB of sss_dipole.h; or as it is, cut
+// off at 1, as pictures were shown in 2004.
+typedef enum views_tone
+{
+    VIEWS_TONE_MAPPED = 0,
+    VIEWS_LINEAR
+} views_tone;
+
 // The largest of the views' differences between two radiosities [V][3]; mean: of the views, may be NULL.
-double views_rmse(const views *v, const float *B, const float *want, double exposure, double *mean);
+double views_rmse(const views *v, views_tone tone, const float *B, const float *want, double exposure, double *mean);
 
 #endif

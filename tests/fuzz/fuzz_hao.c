@@ -154,8 +154,8 @@ static void check_references(const sss_hao *hao, const sss_hao_stats *s)
     {
         insist(corners[i] < s->reference_count);
     }
-    insist(sss_hao_get_texture(hao, NULL, &height) == SSS_OK);
-    if (height <= 64)
+    insist(sss_hao_get_texture(hao, NULL, &height) == (s->distance_count > 0 ? SSS_ERROR_INVALID_ARGUMENT : SSS_OK));
+    if (height > 0 && height <= 64)
     {
         uint32_t *const words = (uint32_t *)calloc(height * SSS_HAO_TEXTURE_WIDTH + 1, sizeof *words);
         insist(words != NULL && sss_hao_get_texture(hao, words, &height) == SSS_OK);

@@ -51,56 +51,63 @@ static sss_hao *compress(const hao_settings *s, const hao_model *m, const sss_ha
     return hao;
 }
 
-int hao_figure5(const hao_settings *s)
+// One curve: floats, so that there is nothing but interpolation.
+static int figure5_curve(const hao_settings *s, const hao_model *m, sss_hao_interpolation interpolation, int no_shadows,
+                         FILE *file)
 {
-    static const size_t sizes[] = {6, 18, 38, 66, 102, 146, 198, 258, 326, 402, 578};
+    static const size_t sizes[] = {6, 18, 38, 66, 102, 146, 198, 258, 402, 578, 1026};
     const size_t steps = s->quick ? 4 : sizeof sizes / sizeof sizes[0];
     double w[3 * LIGHTS_MAX];
-    FILE *const file = hao_open(s, "figure5.csv",
-                                "model,vertices,interpolation,directions,rmse,rmse_mean,rel_l2,predicted");
-    if (!file)
+    int failed = 0;
+    hao_lights(s->lights, w);
+    float *const truth = hao_truth(s, m, no_shadows, w, s->lights);
+    for (size_t k = 0; truth && k < steps && !failed; ++k)
+    {
+        sss_hao_options options;
+        sss_hao_stats stats;
+        memset(&options, 0, sizeof options);
+        options.storage = SSS_HAO_FLOAT;
+        options.directions = sizes[k];
+        options.interpolation = interpolation;
+        options.no_shadows = no_shadows;
+        sss_hao *const hao = make(s, m, &options);
+        failed = !hao || sss_hao_get_stats(hao, &stats) != SSS_OK;
+        if (!failed)
+        {
+            const hao_errors e = hao_compare(m, hao, w, s->lights, truth);
+            fprintf(file, "%s,%zu,%s,%s,%zu,%.3e,%.3e,%.3e,%.3e,%.3e\n", m->name, m->mesh.vertex_count,
+                    interpolation == SSS_HAO_THREE_NEAREST ? "three" : "four", no_shadows ? "without" : "with",
+                    stats.directions, e.rmse, e.rmse_mean, e.rmse_linear, e.rel_l2, stats.interpolation_error);
+            (void)fflush(file);
+        }
+        sss_hao_free(hao);
+    }
+    free(truth);
+    return failed || !truth;
+}
+
+int hao_figure5(const hao_settings *s)
+{
+    FILE *const file = hao_open(s, "figure5.csv", "model,vertices,nearest,shadows,directions,rmse,rmse_mean,"
+                                "rmse_linear,rel_l2,predicted");
+    int failed = file == NULL;
+    if (failed)
     {
         return 1;
     }
-    hao_lights(s->lights, w);
-    for (size_t i = 0; i < (s->quick ? 1 : MODELS); ++i)
+    for (size_t i = 0; i < (s->quick ? 1 : MODELS) && !failed; ++i)
     {
         hao_model m;
         if (hao_load(s, models[i], SIZE_MM, &m) != 0)
         {
             continue;
         }
-        float *const truth = hao_truth(s, &m, w, s->lights);
-        for (size_t k = 0; truth && k < 2 * steps; ++k)
-        {
-            sss_hao_options options;
-            sss_hao_stats stats;
-            memset(&options, 0, sizeof options);
-            options.storage = SSS_HAO_FLOAT;
-            options.directions = sizes[k % steps];
-            options.interpolation = k < steps ? SSS_HAO_THREE_NEAREST : SSS_HAO_FOUR_NEAREST;
-            if (k >= steps && i > 0) // the paper's four on one model
-            {
-                break;
-            }
-            sss_hao *const hao = make(s, &m, &options);
-            if (!hao || sss_hao_get_stats(hao, &stats) != SSS_OK)
-            {
-                free(truth);
-                hao_unload(&m);
-                (void)fclose(file);
-                return 1;
-            }
-            const hao_errors e = hao_compare(&m, hao, w, s->lights, truth);
-            fprintf(file, "%s,%zu,%d,%zu,%.3e,%.3e,%.3e,%.3e\n", m.name, m.mesh.vertex_count, k < steps ? 3 : 4,
-                    stats.directions, e.rmse, e.rmse_mean, e.rel_l2, stats.interpolation_error);
-            (void)fflush(file);
-            sss_hao_free(hao);
-        }
-        free(truth);
+        failed = figure5_curve(s, &m, SSS_HAO_THREE_NEAREST, 0, file) != 0 ||
+                 figure5_curve(s, &m, SSS_HAO_THREE_NEAREST, 1, file) != 0 ||
+                 (i == 0 && figure5_curve(s, &m, SSS_HAO_FOUR_NEAREST, 0, file) != 0); // the paper's four on one model
         hao_unload(&m);
     }
-    return fclose(file) != 0;
+    return fclose(file) != 0 || failed;
 }
 
 // Against the uncompressed object, which is interpolated alike: what compression alone does.
@@ -114,9 +121,9 @@ static int compressed_line(const hao_settings *s, const hao_model *m, const sss_
         return 1;
     }
     const hao_errors e = hao_compare(m, hao, w, s->lights, truth);
-    fprintf(file, "%s,%zu,%s,%zu,%zu,%.3e,%.3e,%.3e,%.3e,%.2f\n", m->name, m->mesh.vertex_count,
+    fprintf(file, "%s,%zu,%s,%zu,%zu,%.3e,%.3e,%.3e,%.3e,%.3e,%.2f\n", m->name, m->mesh.vertex_count,
             storage == SSS_HAO_HARMONICS ? "harmonics" : "references", stats.reference_count, stats.order, e.rmse,
-            e.rmse_mean, e.rel_l2, stats.storage_error, stats.bytes_per_vertex);
+            e.rmse_mean, e.rmse_linear, e.rel_l2, stats.storage_error, stats.bytes_per_vertex);
     (void)fflush(file);
     sss_hao_free(hao);
     return 0;
@@ -127,8 +134,8 @@ int hao_figure9(const hao_settings *s)
     static const double shares[] = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};
     const size_t steps = s->quick ? 3 : sizeof shares / sizeof shares[0];
     double w[3 * LIGHTS_MAX];
-    FILE *const file = hao_open(s, "figure9.csv", "model,vertices,storage,references,order,rmse,rmse_mean,rel_l2,"
-                                "storage_error,bytes_per_vertex");
+    FILE *const file = hao_open(s, "figure9.csv", "model,vertices,storage,references,order,rmse,rmse_mean,rmse_linear,"
+                                "rel_l2,storage_error,bytes_per_vertex");
     int failed = file == NULL;
     if (failed)
     {
@@ -199,8 +206,12 @@ int hao_numbers(const hao_settings *s)
                     m.mesh.vertex_count, stats.snr_db);
             fprintf(file, "image RMSE of the 8-bit table,%s,%zu,%.2e,teapot,8.83e-4\n", m.name, m.mesh.vertex_count,
                     quantised.rmse);
+            fprintf(file, "the same in linear pictures,%s,%zu,%.2e,teapot,8.83e-4\n", m.name, m.mesh.vertex_count,
+                    quantised.rmse_linear);
             fprintf(file, "image RMSE between Q and q (figure 4),%s,%zu,%.2e,horse,5.26e-3\n", m.name,
                     m.mesh.vertex_count, vector.rmse);
+            fprintf(file, "the same in linear pictures,%s,%zu,%.2e,horse,5.26e-3\n", m.name, m.mesh.vertex_count,
+                    vector.rmse_linear);
         }
         free(B);
         sss_hao_free(floats);

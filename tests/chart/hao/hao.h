@@ -47,13 +47,13 @@ void hao_lights(size_t count, double *w);
 
 // The exact result under these lights, neither interpolated nor compressed: B [count][V][3], to be freed; NULL on
 // failure.
-float *hao_truth(const hao_settings *s, const hao_model *m, const double *w, size_t count);
+float *hao_truth(const hao_settings *s, const hao_model *m, int no_shadows, const double *w, size_t count);
 
-// An object's B under each light against another's: the largest and the mean difference of pictures over all lights
-// and views, and rel_l2 of B.
+// An object's B under each light against another's: the largest and the mean difference of tone-mapped pictures over
+// all lights and views, the largest of linear ones, and rel_l2 of B.
 typedef struct hao_errors
 {
-    double rmse, rmse_mean, rel_l2;
+    double rmse, rmse_mean, rmse_linear, rel_l2;
 } hao_errors;
 
 hao_errors hao_compare(const hao_model *m, sss_hao *hao, const double *w, size_t count, const float *truth);

@@ -107,7 +107,7 @@ float *hao_radiosities(sss_hao *hao, const double *w, size_t count, size_t V)
     return B;
 }
 
-float *hao_truth(const hao_settings *s, const hao_model *m, const double *w, size_t count)
+float *hao_truth(const hao_settings *s, const hao_model *m, int no_shadows, const double *w, size_t count)
 {
     const sss_hooks hooks = hao_hooks(s);
     sss_hao_options options;
@@ -124,6 +124,7 @@ float *hao_truth(const hao_settings *s, const hao_model *m, const double *w, siz
     options.storage = SSS_HAO_FLOAT;
     options.direction_set = set;
     options.directions = count;
+    options.no_shadows = no_shadows;
     if (set && rounded && sss_hao_create(&m->view, &m->profile, &options, &hooks, &hao) == SSS_OK)
     {
         B = hao_radiosities(hao, rounded, count, m->mesh.vertex_count);
@@ -137,14 +138,14 @@ float *hao_truth(const hao_settings *s, const hao_model *m, const double *w, siz
 hao_errors hao_compare(const hao_model *m, sss_hao *hao, const double *w, size_t count, const float *truth)
 {
     const size_t values = 3 * m->mesh.vertex_count;
-    hao_errors e = {0.0, 0.0, 0.0};
+    hao_errors e = {0.0, 0.0, 0.0, 0.0};
     double error = 0.0, norm = 0.0, *const area = (double *)calloc(m->mesh.vertex_count, sizeof *area);
     float *const B = hao_radiosities(hao, w, count, m->mesh.vertex_count);
     if (!B || !area)
     {
         free(B);
         free(area);
-        e.rmse = e.rmse_mean = e.rel_l2 = (double)NAN;
+        e.rmse = e.rmse_mean = e.rmse_linear = e.rel_l2 = (double)NAN;
         return e;
     }
     mesh_vertex_areas(&m->mesh, area);
@@ -152,8 +153,10 @@ hao_errors hao_compare(const hao_model *m, sss_hao *hao, const double *w, size_t
     {
         const float *const got = B + i * values, *const want = truth + i * values;
         double mean;
-        const double worst = views_rmse(m->pictures, got, want, views_exposure(m->pictures, want), &mean);
+        const double exposure = views_exposure(m->pictures, want);
+        const double worst = views_rmse(m->pictures, VIEWS_TONE_MAPPED, got, want, exposure, &mean);
         e.rmse = fmax(e.rmse, worst);
+        e.rmse_linear = fmax(e.rmse_linear, views_rmse(m->pictures, VIEWS_LINEAR, got, want, exposure, NULL));
         e.rmse_mean += mean / (double)count;
         for (size_t k = 0; k < values; ++k)
         {

@@ -137,7 +137,7 @@ int hao_table1(const hao_settings *s)
 }
 
 // rel_l2 against the reference of DESIGN.md, by rows: at receivers drawn by area, lights at random, shadows by rays.
-static double reference_error(const hao_settings *s, const hao_model *m, sss_hao *hao, const double *w)
+static double reference_error(const hao_settings *s, const hao_model *m, sss_hao *hao, const double *w, int no_shadows)
 {
     lit_rows rows;
     const size_t V = m->mesh.vertex_count;
@@ -150,7 +150,8 @@ static double reference_error(const hao_settings *s, const hao_model *m, sss_hao
     for (size_t i = 0; made && rays && E && visible && B && i < LIGHTS; ++i)
     {
         lit_rays_visible(rays, &w[3 * i], HUGE_VAL, visible);
-        lit_irradiance(&m->view, m->mesh.normals, m->profile.eta, &w[3 * i], HUGE_VAL, visible, E);
+        lit_irradiance(&m->view, m->mesh.normals, m->profile.eta, &w[3 * i], HUGE_VAL,
+                       no_shadows ? NULL : visible, E);
         lit_rows_apply(&rows, E, want);
         for (size_t k = 0; k < 3 * RECEIVERS; ++k)
         {
@@ -169,42 +170,54 @@ static double reference_error(const hao_settings *s, const hao_model *m, sss_hao
     return sqrt(error / norm);
 }
 
+static int bar_line(const hao_settings *s, const hao_model *m, double size_mm, size_t directions, int no_shadows,
+                    FILE *file)
+{
+    const sss_hooks hooks = hao_hooks(s);
+    double w[3 * LIGHTS];
+    sss_hao_options options;
+    sss_hao_stats stats;
+    sss_hao *hao = NULL;
+    hao_lights(LIGHTS, w);
+    memset(&options, 0, sizeof options);
+    options.directions = directions;
+    options.no_shadows = no_shadows;
+    float *const truth = hao_truth(s, m, no_shadows, w, LIGHTS);
+    const int failed = !truth || sss_hao_create(&m->view, &m->profile, &options, &hooks, &hao) != SSS_OK ||
+                       sss_hao_get_stats(hao, &stats) != SSS_OK;
+    if (!failed)
+    {
+        const hao_errors e = hao_compare(m, hao, w, LIGHTS, truth);
+        fprintf(file, "%s,%zu,%g,%zu,%s,%.3e,%.3e,%.3e,%.3e,%.3e,%.3e,%.3e\n", m->name, stats.vertex_count, size_mm,
+                stats.directions, no_shadows ? "without" : "with", reference_error(s, m, hao, w, no_shadows), e.rmse,
+                e.rmse_linear, stats.sum_error, stats.interpolation_error, stats.storage_error, stats.predicted_error);
+        (void)fflush(file);
+    }
+    free(truth);
+    sss_hao_free(hao);
+    return failed;
+}
+
 int hao_bars(const hao_settings *s)
 {
     static const char *const names[] = {"bunny", "horse_14k_v"};
     static const double sizes[] = {20.0, 50.0, 100.0};
-    double w[3 * LIGHTS];
-    FILE *const file = hao_open(s, "bars.csv", "model,vertices,size_mm,rel_l2,image_rmse,image_rmse_mean,"
-                                "sum_error,interpolation_error,storage_error,predicted");
+    FILE *const file = hao_open(s, "bars.csv", "model,vertices,size_mm,directions,shadows,rel_l2,image_rmse,"
+                                "image_rmse_linear,sum_error,interpolation_error,storage_error,predicted");
     int failed = file == NULL;
     if (failed)
     {
         return 1;
     }
-    hao_lights(LIGHTS, w);
     for (size_t i = 0; i < (s->quick ? 1 : 6) && !failed; ++i)
     {
-        const sss_hooks hooks = hao_hooks(s);
-        sss_hao_stats stats;
-        sss_hao *hao = NULL;
         hao_model m;
         if (hao_load(s, names[i / 3], sizes[i % 3], &m) != 0)
         {
             continue;
         }
-        float *const truth = hao_truth(s, &m, w, LIGHTS);
-        failed = !truth || sss_hao_create(&m.view, &m.profile, NULL, &hooks, &hao) != SSS_OK ||
-                 sss_hao_get_stats(hao, &stats) != SSS_OK;
-        if (!failed)
-        {
-            const hao_errors e = hao_compare(&m, hao, w, LIGHTS, truth);
-            fprintf(file, "%s,%zu,%g,%.3e,%.3e,%.3e,%.3e,%.3e,%.3e,%.3e\n", m.name, stats.vertex_count, sizes[i % 3],
-                    reference_error(s, &m, hao, w), e.rmse, e.rmse_mean, stats.sum_error, stats.interpolation_error,
-                    stats.storage_error, stats.predicted_error);
-            (void)fflush(file);
-        }
-        free(truth);
-        sss_hao_free(hao);
+        failed = bar_line(s, &m, sizes[i % 3], 0, 0, file) != 0 || bar_line(s, &m, sizes[i % 3], 0, 1, file) != 0 ||
+                 bar_line(s, &m, sizes[i % 3], 402, 0, file) != 0 || bar_line(s, &m, sizes[i % 3], 1026, 0, file) != 0;
         hao_unload(&m);
     }
     return fclose(file) != 0 || failed;

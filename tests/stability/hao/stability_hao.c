@@ -235,6 +235,7 @@ static void absorption(void)
         sss_hao_options options = options_of(4);
         sss_hao_stats stats;
         double w[12];
+        memset(&stats, 0, sizeof stats);
         for (size_t k = 0; k < 12; ++k)
         {
             set[k] = (float)some_lights[k];
