@@ -323,7 +323,7 @@ static sss_hao_stats stats_of(const sss_hao *hao)
     sss_hao_stats stats;
     memset(&stats, 0, sizeof stats);
     if (sss_hao_get_stats(hao, &stats) != SSS_OK)
-        CHECK(!"stats of a good object were refused");
+        (void)test_check(0, "stats of a good object were refused", __FILE__, __LINE__);
     return stats;
 }
 
@@ -1204,7 +1204,7 @@ static void weights_of(const sss_hao *hao, size_t n, const double w[3], double *
     const sss_hao_light light = directional(w, 1.0);
     float *lighting = dark(hao);
     if (sss_hao_add_lights(hao, &light, 1, lighting) != SSS_OK)
-        CHECK(!"a good light was refused");
+        (void)test_check(0, "a good light was refused", __FILE__, __LINE__);
     for (size_t j = 0; j < n; ++j)
         weight[j] = (double)lighting[3 * j];
     free(lighting);
@@ -1297,10 +1297,10 @@ static void four_weights_near_the_light(void)
         CHECK_EQUAL(most, own == 3 ? 4 : 3);
         CHECK(least >= 0.0);
         CHECK_BELOW(sum_error, 1e-6);
-        CHECK_BELOW(at_node, lattice ? 1e-5 : 1e-4);
+        CHECK_BELOW(at_node, own == 0 ? 1e-5 : 1e-4);
         if (own != 2)
         {
-            CHECK_BELOW(farthest / spacing, lattice ? 1.7 : 3.0);
+            CHECK_BELOW(farthest / spacing, own == 0 ? 1.7 : own == 3 ? 2.5 : 3.0);
             CHECK_BELOW(astray / spacing, lattice ? 0.25 : 1.0);
         }
         test_note("largest angle to a node with weight %.2f spacings; mean direction astray by %.3f",
@@ -3157,7 +3157,7 @@ static void splitting_changes_no_bit(void)
                 memset(&b[i], 0, sizeof b[i]);
                 if (sss_hao_create(&s.view, &s.profile, &o, &hooks, &hao) != SSS_OK ||
                     sss_hao_relight(hao, &light, 1, B[i]) != SSS_OK)
-                    CHECK(!"an object could not be made");
+                    (void)test_check(0, "an object could not be made", __FILE__, __LINE__);
                 else
                     b[i] = saved(hao);
                 sss_hao_free(hao);
@@ -3654,7 +3654,7 @@ static void bad_options_are_refused(void)
         case 11: o.direction_set = zero_set, o.directions = 4; break;
         case 12: o.direction_set = flat_set, o.directions = 5; break;
         case 13: o.direction_set = good_set, o.directions = 3; break;
-        case 14: o.direction_set = good_set, o.directions = 0; break;
+        case 14: o.direction_set = good_set, o.directions = 2; break;
         case 15: o.distances = rising, o.distance_count = 2; break;
         case 16: o.distances = equal, o.distance_count = 2; break;
         case 17: o.distances = inside, o.distance_count = 2; break;

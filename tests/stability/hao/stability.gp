@@ -9,19 +9,21 @@ set style line 3 lw 2 lc rgb "#777777"
 set style line 4 lw 1 pt 5 ps 0.7 lc rgb "#3a8a3a"
 set style line 5 lw 1 pt 2 ps 0.7 lc rgb "#b3202c"
 set grid lt 1 lw 1 lc rgb "#e4e4e4"
-set key top left opaque box lc rgb "#cccccc"
+set key bottom left opaque box lc rgb "#cccccc"
 set format y "%.0e"
 set format x "%g"
 set logscale xy
-set yrange [1e-5:1]
+set yrange [1e-6:1]
 rows(name) = sprintf("< awk -F, '$1 == \"%s\"' '%s'", name, csv)
 
+set key top left
 set title "sphere of 10 mm, lights of the set, against rows"
 set xlabel "sigma_tr, 1/mm (leftmost: 0)"
 plot rows("absorption") using 2:3 with linespoints ls 1 title "floats", \
      rows("absorption") using 2:4 with linespoints ls 2 title "reference points", \
      rows("absorption") using 2:6 with lines ls 3 title "error of sums, as stats say", \
      rows("absorption") using 2:7 with linespoints ls 5 title "truncated energy, as stats say"
+set key bottom left
 set title "sphere, a light through both poles of the set"
 set xlabel "degrees from the pole"
 unset logscale x
@@ -48,7 +50,6 @@ plot rows("small parts") using 2:4 with linespoints ls 2 title "reference points
      rows("small parts") using 2:6 with lines ls 3 title "as stats say, of all"
 set title "a ball's shadow on a plate, against floats"
 set xlabel "mean free path, mm"
-set key bottom left
 plot rows("sharp shadows") using 2:4 with linespoints ls 2 title "reference points", \
      rows("sharp shadows") using 2:5 with linespoints ls 4 title "harmonics alone", \
      rows("sharp shadows") using 2:6 with lines ls 3 title "as stats say"
