@@ -264,7 +264,7 @@ typedef struct sss_hao_options
     sss_hao_quadrature quadrature; // 0: triangles
     sss_hao_sums sums;           // 0: hierarchy
     sss_hao_weights weights;     // 0: fitted
-    size_t reference_count;      // 0: chosen: 1.22 V^0.683, at most V (850 on the horse, 8,700 on the dragon)
+    size_t reference_count;      // 0: chosen: 1.22 V^0.683 (850 on the horse, 8,700 on the dragon), at least 850, at most V
     size_t order;                // n of the harmonics, n^2 coefficients, in [1, 8]; 0: 3 with reference points, 7 alone
     int no_shadows;              // 1: every vertex sees every light that it faces
     sss_hao_visibility visibility; // instead of the header's own shadows; NULL: these
@@ -8515,9 +8515,10 @@ static int sss_hao__resolve_storage(const sss_hao_options *given, size_t vertex_
     }
     if (given->storage == SSS_HAO_REFERENCES)
     {
-        // Fitted to table I: 1,034 reference points on 14,521 vertices, 10,285 on 437,645.
-        const double wanted = floor(1.22 * pow((double)vertex_count, 0.683) + 0.5);
-        const size_t count = given->reference_count > 0 ? given->reference_count : (size_t)sss_hao__max(wanted, 3.0);
+        // Fitted to table I, 1,034 reference points on 14,521 vertices and 10,285 on 437,645, less what indices take.
+        // Smaller meshes have features as large and little to save.
+        const double wanted = floor(1.22 * pow((double)vertex_count, 0.683) + 0.5), least = 850.0;
+        const size_t count = given->reference_count > 0 ? given->reference_count : (size_t)sss_hao__max(wanted, least);
         out->reference_count = count < vertex_count ? count : vertex_count;
     }
     return 1;
