@@ -3508,7 +3508,7 @@ static void hashes_name_everything(void)
         case 10: c.storage = SSS_HAO_FLOAT; break;
         case 11: c.quadrature = SSS_HAO_VERTICES; break;
         case 12: c.sums = SSS_HAO_ALL_PAIRS; break;
-        case 13: c.reference_count = 77; break;
+        case 13: c.reference_count = 33; break;
         case 14: c.order = 5; break;
         case 15: c.no_shadows = 1; break;
         case 16: c.interpolation = SSS_HAO_FOUR_NEAREST; break;
