@@ -33,8 +33,8 @@ build() # compiler: all programs, one after the other
 {
     for source in $sources; do
         name=$(basename "$source" .c)
-        $1 -std=c99 $flags -I. "$source" tests/common/*.c -lcmocka -lpthread -lm -o "$out/$name-$1" \
-            >"$work/$name-$1.log" 2>&1 || rm -f "$out/$name-$1"
+        $1 -std=c99 $flags -I. "$source" tests/common/*.c -lcmocka -Wl,--as-needed -lembree3 -lpthread -lm \
+            -o "$out/$name-$1" >"$work/$name-$1.log" 2>&1 || rm -f "$out/$name-$1"
     done
 }
 for compiler in gcc clang; do

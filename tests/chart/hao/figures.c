@@ -95,7 +95,7 @@ int hao_figure5(const hao_settings *s)
     {
         return 1;
     }
-    for (size_t i = 0; i < (s->quick ? 1 : MODELS) && !failed; ++i)
+    for (size_t i = 0; i < (s->quick ? 2 : MODELS) && !failed; ++i)
     {
         hao_model m;
         if (hao_load(s, models[i], SIZE_MM, &m) != 0)
@@ -142,7 +142,7 @@ int hao_figure9(const hao_settings *s)
         return 1;
     }
     hao_lights(s->lights, w);
-    for (size_t i = 0; i < (s->quick ? 1 : 2) && !failed; ++i)
+    for (size_t i = 0; i < 2 && !failed; ++i)
     {
         hao_model m;
         sss_hao_options options;
@@ -181,7 +181,7 @@ int hao_numbers(const hao_settings *s)
         return 1;
     }
     hao_lights(s->lights, w);
-    for (size_t i = 0; i < (s->quick ? 1 : 2) && !failed; ++i)
+    for (size_t i = 0; i < 2 && !failed; ++i)
     {
         hao_model m;
         sss_hao_options options;

@@ -120,7 +120,7 @@ int hao_table1(const hao_settings *s)
     {
         return 1;
     }
-    for (size_t i = 0; i < (s->quick ? 1 : s->dragon ? 4 : 3) && !failed; ++i)
+    for (size_t i = 0; i < (s->quick ? 2 : s->dragon ? 4 : 3) && !failed; ++i)
     {
         hao_model m;
         if (hao_load(s, names[i], 50.0, &m) != 0)
