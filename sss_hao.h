@@ -2105,7 +2105,7 @@ static void sss_hao__draw(sss_hao__depth_map *map, const uint32_t corner[3])
     {
         return;
     }
-    cover.ready = 0;
+    memset(&cover, 0, sizeof cover); // not ready
     for (row = box.first[1]; row <= box.last[1]; row++)
     {
         const uint32_t *const offset = map->offset + row * map->side[0];

@@ -4394,11 +4394,64 @@ static void precomputing_grows_little(void)
     test_note("%.0f vertices %.2f s, %.0f vertices %.2f s", V[0], seconds[0], V[1], seconds[1]);
 }
 
+static void lightings_and_what_a_gpu_gets(void)
+{   // Oracle: the one call for lights; the layout of words as it stands beside the GLSL; what get_references says.
+    scene s;
+    const double z[3] = {0.3, 0.5, 0.8};
+    const sss_hao_light light = directional(z, 1.0);
+    sss_hao_options o = options_of(SSS_HAO_REFERENCES, 0);
+    sss_hao_stats stats;
+    sss_hao_uniforms uniforms;
+    size_t height = 0, off = 0;
+    o.reference_count = 20;
+    if (scene_of_shape(&s, SMALL_SPHERE, 20.0, "Marble") != 0)
+        SKIP("out of memory");
+    sss_hao *hao = NULL;
+    CHECK_EQUAL(sss_hao_create(&s.view, &s.profile, &o, NULL, &hao), SSS_OK);
+    CHECK_EQUAL(sss_hao_get_stats(hao, &stats), SSS_OK);
+    const size_t V = stats.vertex_count;
+    float *const one = (float *)malloc(3 * V * sizeof *one), *const two = (float *)malloc(3 * V * sizeof *two);
+    float *const lighting = (float *)calloc(3 * stats.lighting_count, sizeof *lighting);
+    float *const weight = (float *)malloc(3 * V * sizeof *weight);
+    uint32_t *const triangle = (uint32_t *)malloc(V * sizeof *triangle);
+    CHECK_EQUAL(sss_hao_relight(hao, &light, 1, one), SSS_OK);
+    CHECK_EQUAL(sss_hao_add_lights(hao, &light, 1, lighting), SSS_OK);
+    CHECK_EQUAL(sss_hao_relight_lighting(hao, lighting, two), SSS_OK);
+    CHECK(memcmp(one, two, 3 * V * sizeof *one) == 0 && one[0] > 0.0f);
+    CHECK_EQUAL(sss_hao_relight_lighting(hao, NULL, two), SSS_ERROR_INVALID_ARGUMENT);
+    CHECK_EQUAL(sss_hao_get_texture(hao, NULL, &height), SSS_OK);
+    CHECK(height > 0);
+    uint32_t *const words = (uint32_t *)calloc(height * SSS_HAO_TEXTURE_WIDTH, sizeof *words);
+    CHECK_EQUAL(sss_hao_get_texture(hao, words, &height), SSS_OK);
+    CHECK_EQUAL(sss_hao_get_uniforms(hao, lighting, &uniforms), SSS_OK);
+    CHECK_EQUAL(sss_hao_get_references(hao, NULL, NULL, triangle, weight), SSS_OK);
+    for (size_t v = 0; v < V; ++v)
+    {
+        const uint32_t *const record = &words[v * (size_t)uniforms.layout[0]];
+        off += fabs((record[0] & 0xffff) / 65535.0 - (double)weight[3 * v]) > 1e-5;
+        off += fabs((record[0] >> 16) / 65535.0 - (double)weight[3 * v + 1]) > 1e-5;
+        off += record[1] != triangle[v];
+    }
+    CHECK_EQUAL(off, 0);
+    CHECK_EQUAL(uniforms.layout[2], 3);
+    CHECK_EQUAL(uniforms.layout[3], 9);
+    CHECK(sss_hao_glsl(SSS_HAO_GLSL_RADIOSITY) != NULL && strlen(sss_hao_glsl(SSS_HAO_GLSL_RADIOSITY)) < 4095);
+    free(words);
+    free(triangle);
+    free(weight);
+    free(lighting);
+    free(two);
+    free(one);
+    sss_hao_free(hao);
+    scene_free(&s);
+}
+
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {
         TEST(the_oracles_agree),
         TEST(the_octahedron_of_the_quick_start),
+        TEST(lightings_and_what_a_gpu_gets),
         TEST(a_flat_sheet),
         TEST(a_vertex_own_area),
         TEST(sums_agree_with_rows),

@@ -1,8 +1,8 @@
 #!/bin/sh
 # The test programs under the address, undefined-behaviour and leak sanitizers of gcc and clang. Of each program the
 # quickest tests run, as many as took SSS_SANITIZE_SECONDS (default 3) together without sanitizers, which make them some
-# twenty times slower; what is left out is named, and what is left in must call every public function. The second
-# compiler, whose sanitizers look for the same, gets a third of that.
+# twenty times slower; what is left out is named, and what is left in must call every public function. One compiler
+# does it, clang where there is one; the other's sanitizers look for the same, and see the QUICK STARTs alone.
 # Also every QUICK START, whole, and the sanitizers themselves: each must find what it is there for.
 cd "$(dirname "$0")/.." || exit 1
 . tests/compile/jobs.sh
@@ -29,38 +29,33 @@ test_times()
 # C++ libraries.
 sources=$(ls tests/test_*.c | grep -v -E 'test_(glsl|bake|shapes)\.c$')
 
-build() # compiler: all programs, one after the other
+build() # compiler: all programs, as many at a time as there are processors
 {
-    for source in $sources; do
-        name=$(basename "$source" .c)
-        $1 -std=c99 $flags -I. "$source" tests/common/*.c -lcmocka -Wl,--as-needed -lembree3 -lpthread -lm \
-            -o "$out/$name-$1" >"$work/$name-$1.log" 2>&1 || rm -f "$out/$name-$1"
-    done
+    export compiler=$1 flags out work
+    printf '%s\n' $sources | xargs -P "$(nproc)" -I SOURCE sh -c '
+        name=$(basename SOURCE .c)
+        $compiler -std=c99 $flags -I. SOURCE tests/common/*.c -lcmocka -Wl,--as-needed -lembree3 -lpthread -lm \
+            -o "$out/$name-$compiler" >"$work/$name-$compiler.log" 2>&1 || rm -f "$out/$name-$compiler"'
 }
-for compiler in gcc clang; do
-    ! have $compiler || build $compiler &
-done
-wait
+if have clang; then build clang; else build gcc; fi
 
 first=
 for compiler in clang gcc; do
     have $compiler || { skip "everything with $compiler" "not installed"; continue; }
-    share=$limit
-    [ -z "$first" ] || share=$(awk "BEGIN { print $limit / 3 }")
-    for source in $sources; do
+    for source in $([ -n "$first" ] || echo "$sources"); do
         name=$(basename "$source" .c)
         program=$out/$name-$compiler
         [ -x "build/tests/$name" ] || { job "$name is built" false; continue; }
         [ -x "$program" ] ||
             { job "$name: builds with $compiler's sanitizers" "cat '$work/$name-$compiler.log'; false"; continue; }
-        test_times "$name" | sort -k 2 -g | awk -v limit="$share" -v always="$always" '
+        test_times "$name" | sort -k 2 -g | awk -v limit="$limit" -v always="$always" '
             index(always, " " $1 " ") { print $0, 1; next }
             { sum += $2; print $0, sum <= limit }' >"$work/$name.times"
         slow=$(awk '!$3 { print $1 }' "$work/$name.times" | tr '\n' ' ')
         [ -z "$slow" ] || echo "  left out of $name, $compiler, for time: $slow"
         awk '$3 { print $1 }' "$work/$name.times" >"$work/$name.chosen"
         header=sss_${name#test_}.h
-        [ ! -e "$header" ] || [ -n "$first" ] || job "$name, $compiler: what runs calls every public function of $header" "
+        [ ! -e "$header" ] || job "$name, $compiler: what runs calls every public function of $header" "
             awk -f tests/compile/uncalled.awk $header '$source' '$work/$name.chosen' >'$work/$name-$compiler.uncalled'
             cat '$work/$name-$compiler.uncalled'; [ ! -s '$work/$name-$compiler.uncalled' ]"
         for test in $(cat "$work/$name.chosen"); do
@@ -80,7 +75,7 @@ for compiler in clang gcc; do
         awk '/^\/\/.*QUICK START/ { inside = 1; next }
              inside && /^\/\/ ?==/ { exit }
              inside && /^\/\/     / { sub(/^\/\/     /, ""); print }' "$header" >"$work/$x-quick.c"
-        [ -n "$first" ] || job "QUICK START of $header, $compiler" "
+        job "QUICK START of $header, $compiler" "
             $compiler -std=c99 $flags -I. '$work/$x-quick.c' -lm -o '$out/$x-quick-$compiler' &&
             timeout 300 '$out/$x-quick-$compiler'"
     done

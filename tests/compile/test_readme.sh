@@ -42,7 +42,8 @@ for source in "$work"/readme-*.c "$work"/*-quick.c; do
         *)  job "$name: is a whole program" "grep -q 'int main' '$source'" ;;
     esac
     programs=$((programs + 1))
-    for compiler in "gcc -std=c99 -O2" "clang -std=c99 -O2" "g++ -std=c++11 -O0 -xc++" "clang++ -std=c++11 -O0 -xc++"; do
+    for compiler in "gcc -std=c99 -O2" "clang -std=c99 -O2" "g++ -std=c++11 -O0 -xc++" \
+            "clang++ -std=c++11 -O0 -xc++"; do
         have "${compiler%% *}" || { skip "$name: $compiler" "not installed"; continue; }
         program=$work/$name-$(echo "$compiler" | tr -cd a-z0-9)
         job "$name: $compiler, and runs" "

@@ -18,12 +18,13 @@ the paper, which says nothing of exposure. Times are of the machine at hand, the
 stored: weights, residuals, indices, reference points, tables. The ratio is the paper's: to a byte for each direction.
 Of the bandwidth: the share of the time that reading what is stored once takes, at the speed of memory in the same run.
 
-| model | vertices | channels | reference points | bytes a vertex | ratio | frames a second | of the bandwidth | precomputed in s |
+| model | vertices | channels | references | bytes a vertex | ratio | frames a second | bandwidth | precomputed, s |
 |---|--:|--:|--:|--:|--:|--:|--:|--:|
 END_OF_TEXT
 awk -F, "$column"'
-    { printf "| %s | %d | %d | %d | %.1f | %.1f | %.0f | %.0f %% | %.1f |\n", $c["model"], $c["vertices"], $c["channels"],
-             $c["references"], $c["bytes_per_vertex"], $c["compression"], $c["frames_per_second"],
+    { printf "| %s | %d | %d | %d | %.1f | %.1f | %.0f | %.0f %% | %.1f |\n",
+             $c["model"], $c["vertices"], $c["channels"], $c["references"], $c["bytes_per_vertex"],
+             $c["compression"], $c["frames_per_second"],
              100 * $c["of_bandwidth"], $c["precompute_s"] }' table1.csv
 cat <<'END_OF_TEXT'
 | the paper: horse | 14521 | 1 | 1034 | 27 | 7.4 | 79.1 | | |
@@ -51,12 +52,13 @@ Default options (198 directions, with the header's own shadows), and beside them
 directions. rel_l2 is against the reference of DESIGN.md: rows of the integral at 96 vertices drawn by area, 8 lights at
 random, shadows by rays (bar: 2e-2). Image RMSE is against what is neither interpolated nor compressed (bar: 3e-3).
 
-| model | vertices | mm | directions | shadows | rel_l2 | image RMSE, worst | linear | sums | interpolation | storage | predicted |
+| model | vertices | mm | lights | shadows | rel_l2 | image RMSE | linear | sums | interpolation | storage | predicted |
 |---|--:|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|
 END_OF_TEXT
 awk -F, "$column"'
-    { printf "| %s | %d | %g | %d | %s | %.2g | %.2g | %.2g | %.1g | %.2g | %.2g | %.2g |\n", $c["model"], $c["vertices"],
-             $c["size_mm"], $c["directions"], $c["shadows"], $c["rel_l2"], $c["image_rmse"], $c["image_rmse_linear"],
+    { printf "| %s | %d | %g | %d | %s | %.2g | %.2g | %.2g | %.1g | %.2g | %.2g | %.2g |\n",
+             $c["model"], $c["vertices"], $c["size_mm"], $c["directions"], $c["shadows"],
+             $c["rel_l2"], $c["image_rmse"], $c["image_rmse_linear"],
              $c["sum_error"], $c["interpolation_error"], $c["storage_error"], $c["predicted"] }' bars.csv
 cat <<'END_OF_TEXT'
 
