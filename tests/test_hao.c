@@ -4403,6 +4403,7 @@ static void lightings_and_what_a_gpu_gets(void)
     sss_hao_stats stats;
     sss_hao_uniforms uniforms;
     size_t height = 0, off = 0;
+    memset(&stats, 0, sizeof stats);
     o.reference_count = 20;
     if (scene_of_shape(&s, SMALL_SPHERE, 20.0, "Marble") != 0)
         SKIP("out of memory");
