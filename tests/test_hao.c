@@ -4397,7 +4397,7 @@ static void precomputing_grows_little(void)
 static void lightings_and_what_a_gpu_gets(void)
 {   // Oracle: the one call for lights; the layout of words as it stands beside the GLSL; what get_references says.
     scene s;
-    const double z[3] = {0.3, 0.5, 0.8};
+    const double z[3] = {0.3, 0.5, 0.8}, even[9][3] = {{1.0, 1.0, 1.0}};
     const sss_hao_light light = directional(z, 1.0);
     sss_hao_options o = options_of(SSS_HAO_REFERENCES, 0);
     sss_hao_stats stats;
@@ -4420,6 +4420,11 @@ static void lightings_and_what_a_gpu_gets(void)
     CHECK_EQUAL(sss_hao_relight_lighting(hao, lighting, two), SSS_OK);
     CHECK(memcmp(one, two, 3 * V * sizeof *one) == 0 && one[0] > 0.0f);
     CHECK_EQUAL(sss_hao_relight_lighting(hao, NULL, two), SSS_ERROR_INVALID_ARGUMENT);
+    CHECK_EQUAL(sss_hao_add_environment(hao, even, lighting), SSS_OK);
+    CHECK_EQUAL(sss_hao_relight_lighting(hao, lighting, two), SSS_OK);
+    for (size_t i = 0; i < 3 * V; ++i)
+        off += !(two[i] > one[i]); // light from everywhere is more light everywhere
+    CHECK_EQUAL(off, 0);
     CHECK_EQUAL(sss_hao_get_texture(hao, NULL, &height), SSS_OK);
     CHECK(height > 0);
     uint32_t *const words = (uint32_t *)calloc(height * SSS_HAO_TEXTURE_WIDTH, sizeof *words);
