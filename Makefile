@@ -4,6 +4,7 @@
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
 #   tests/chart/*.c   -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
+#   tests/chart/hao/*.c -> build/tests/chart/hao    tests/stability/hao/*.c -> build/tests/stability/hao
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
 B        := build
@@ -20,11 +21,15 @@ TESTS           := $(patsubst tests/%.c,$(B)/tests/%,$(wildcard tests/test_*.c))
 CHART           := $(B)/tests/chart/measure
 MERTENS         := $(B)/tests/chart/mertens
 STABILITY       := $(B)/tests/stability/stability
+CHART_HAO       := $(B)/tests/chart/hao
+STABILITY_HAO   := $(B)/tests/stability/hao
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
 CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
+CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
+STABILITY_HAO_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/hao/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
@@ -34,17 +39,17 @@ DRAGON          := $(B)/models/dragon.ply
 .SECONDARY:
 .PHONY: all help demo demo-run test test-run setup chart mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY)
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
-	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes, draws what deforms and the"
-	@echo "                bunny's atlases: examples/pictures/gallery.png, bem.png, atlas.png"
+	@echo "make demo       sets up, builds, bakes the bunny in four materials and sizes, draws what deforms, the"
+	@echo "                bunny's atlases and the light round it: examples/pictures/gallery, bem, atlas, hao.png"
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
 	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
-	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png"
+	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png, hao/stability_hao.png"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
 	@echo "make setup      installs the Debian packages that all of this needs"
 	@echo "make clean      removes $(B)/"
@@ -92,6 +97,7 @@ stability:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) all
 	sh tests/stability/stability.sh
+	sh tests/stability/hao/stability.sh
 
 # Only the lines between the two markers are replaced, those included.
 sync:
@@ -135,7 +141,9 @@ $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
 $(CHART): $(CHART_OBJECTS)
 $(MERTENS): $(MERTENS_OBJECTS)
 $(STABILITY): $(STABILITY_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY): $(B)/libexamples.a $(B)/libtests.a
+$(CHART_HAO): $(CHART_HAO_OBJECTS)
+$(STABILITY_HAO): $(STABILITY_HAO_OBJECTS)
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO): $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 

@@ -18,6 +18,8 @@
 #include "../sss_bem.h"
 #define SSS_ATLAS_IMPLEMENTATION
 #include "../sss_atlas.h"
+#define SSS_HAO_IMPLEMENTATION
+#include "../sss_hao.h"
 
 #include "../tests/common/reference.h"
 #include "common/atlas_report.h"
@@ -28,6 +30,7 @@
 #include "common/lights.h"
 #include "common/methods.h"
 #include "common/model.h"
+#include "common/services.h"
 #include "common/shade.h"
 #include "common/threads.h"
 
@@ -53,11 +56,11 @@ static const double MOST_PAIRS = 2e10, NEAR_PAIRS = 2e4;
 typedef struct options
 {
     const char *in, *method, *material, *out, *png, *dump, *dump_irradiance, *irradiance, *geometry, *exit;
-    const char *atlas, *atlas_png, *atlas_method, *atlas_values;
+    const char *atlas, *atlas_png, *atlas_method, *atlas_values, *storage, *cache;
     double sigma_s[3], sigma_a[3], albedo[3], mfp[3]; // NaN: not given
     double eta, size_mm, mm_per_unit, tolerance, guard, exposure, roughness, floor, soft, azimuth, elevation, zoom;
     double ambient[3], background[3];
-    int width, height, threads, reference, atlas_size; // 0: not given
+    int width, height, threads, reference, atlas_size, directions, references, order; // 0: not given
     int no_shadows, report, help;
     lights lights;
 } options;
@@ -116,11 +119,18 @@ static const char usage_after_materials[] =
 
 static const char usage_after_methods[] =
     "  --geometry distance|placed   where the dipole sits: by distance only, or at the receiver (distance; bem\n"
-    "                          only places)\n"
-    "  --tolerance T           relative L2 error allowed (0.001 direct, 0.01 bem and auto)\n"
+    "                          only places, hao only knows distance)\n"
+    "  --tolerance T           relative L2 error allowed (0.001 direct, 0.01 bem and auto, 0.005 the sums of hao)\n"
     "  --guard G               bem: no source gives more than it does G of its depth away, G in [0,1] (1); 0: no\n"
     "                          guard\n"
     "  --threads N             (all processors)\n"
+    "hao\n"
+    "  --directions N          lights in advance, 4 to 4098 (198)\n"
+    "  --storage references|harmonics|table|float|vectors   how integrals are kept (references)\n"
+    "  --references N          reference points (1.22 vertices^0.683)\n"
+    "  --order N               of spherical harmonics, 1 to 8 (3 with reference points, 7 alone)\n"
+    "  --cache FILE            keeps the integrals from run to run: read where they are of this mesh, size, material\n"
+    "                          and these options, else written\n"
     "output, at least one of\n"
     "  --out OUT.glb           mesh in the input's vertex order with COLOR_0 = radiosity, linear\n"
     "  --png OUT.png           picture\n"
@@ -138,7 +148,7 @@ static const char usage_after_methods[] =
     "  --atlas-values texels|vertices            gathers at every texel, or interpolates between the vertices:\n"
     "                          finer detail on coarse meshes against time (texels with bem, and with direct\n"
     "                          where that takes some twenty seconds of two cores at most; else vertices;\n"
-    "                          lambert: always vertices, since it is the same)\n"
+    "                          lambert: always vertices, since it is the same; hao: knows only these)\n"
     "picture\n"
     "  --camera AZIMUTH,ELEVATION[,ZOOM]   degrees; 0,0 looks from +z (25,10,1)\n"
     "  --resolution WIDTHxHEIGHT           (960x960)\n"
@@ -274,7 +284,7 @@ static int parse_plain(options *o, const char *name, const char *value)
                  {"--dump", &o->dump}, {"--dump-irradiance", &o->dump_irradiance}, {"--irradiance", &o->irradiance},
                  {"--geometry", &o->geometry}, {"--exit", &o->exit}, {"--atlas", &o->atlas},
                  {"--atlas-png", &o->atlas_png}, {"--atlas-method", &o->atlas_method},
-                 {"--atlas-values", &o->atlas_values}};
+                 {"--atlas-values", &o->atlas_values}, {"--storage", &o->storage}, {"--cache", &o->cache}};
     const struct
     {
         const char *name;
@@ -345,6 +355,18 @@ static int parse_value(options *o, const char *name, const char *value)
     {
         return parse_count(value, 1, 16384, &o->atlas_size);
     }
+    if (strcmp(name, "--directions") == 0)
+    {
+        return parse_count(value, 4, 4098, &o->directions);
+    }
+    if (strcmp(name, "--references") == 0)
+    {
+        return parse_count(value, 3, 1000000000, &o->references);
+    }
+    if (strcmp(name, "--order") == 0)
+    {
+        return parse_count(value, 1, 8, &o->order);
+    }
     return parse_plain(o, name, value);
 }
 
@@ -387,6 +409,25 @@ static int choose_geometry(bake *b)
     if (isfinite(b->o.guard) && strcmp(b->o.method, "bem") != 0)
     {
         return fail(b, "--guard is for --method bem");
+    }
+    return 0;
+}
+
+static int check_hao_options(bake *b)
+{
+    const options *const o = &b->o;
+    const int hao = strcmp(o->method, "hao") == 0;
+    if (!hao && (o->directions || o->references || o->order || o->storage || o->cache))
+    {
+        return fail(b, "--directions, --storage, --references, --order and --cache are for --method hao");
+    }
+    if (o->storage && !method_hao_storage(o->storage))
+    {
+        return fail(b, "--storage is references, harmonics, table, float or vectors, not '%s'", o->storage);
+    }
+    if (hao && o->atlas_values && strcmp(o->atlas_values, "texels") == 0)
+    {
+        return fail(b, "--method hao knows radiosity at vertices only; for --atlas-values texels take --method direct");
     }
     return 0;
 }
@@ -443,7 +484,7 @@ static int check_options(bake *b)
         return fail(b, "nothing to do: give --out, --png, --atlas, --atlas-png, --dump, --dump-irradiance, --report or "
                     "--reference");
     }
-    return check_atlas_options(b);
+    return check_hao_options(b) == 0 ? check_atlas_options(b) : -1;
 }
 
 // --name value, or --name=value; moves on behind what it took. value is NULL at the end of the line.
@@ -650,11 +691,11 @@ static int light_scene(bake *b)
         }
         return read_irradiance(b);
     }
-    const double start = method_seconds();
+    const double start = services_seconds();
     const int reflections = b->o.png && b->o.roughness > 0.0;
     const int status = lights_irradiance(l, &b->model, b->material.eta, b->o.threads, b->irradiance,
                                          reflections ? b->seen : NULL, b->error, sizeof b->error);
-    b->irradiance_ms = 1e3 * (method_seconds() - start);
+    b->irradiance_ms = 1e3 * (services_seconds() - start);
     return status;
 }
 
@@ -706,7 +747,8 @@ static int gathers_at_texels(const bake *b)
     const int direct = strcmp(o->method, "direct") == 0 ||
                        (strcmp(o->method, "auto") == 0 && strcmp(o->geometry, "distance") == 0);
     const double pairs = (double)b->atlas.texels.count * ((double)b->model.triangle_count + NEAR_PAIRS);
-    return o->atlas_values ? strcmp(o->atlas_values, "texels") == 0 : !direct || pairs <= MOST_PAIRS;
+    return strcmp(o->method, "hao") != 0 &&
+           (o->atlas_values ? strcmp(o->atlas_values, "texels") == 0 : !direct || pairs <= MOST_PAIRS);
 }
 
 static int paint_atlas(bake *b)
@@ -743,6 +785,13 @@ static int run_method(bake *b)
     b->job.mesh = b->mesh;
     b->job.profile = &b->profile;
     b->job.irradiance = b->irradiance;
+    b->job.lights = o->irradiance ? NULL : &o->lights;
+    b->job.model = &b->model;
+    b->job.hao.storage = o->storage;
+    b->job.hao.cache = o->cache;
+    b->job.hao.directions = (size_t)o->directions;
+    b->job.hao.references = (size_t)o->references;
+    b->job.hao.order = (size_t)o->order;
     b->job.geometry = strcmp(o->geometry, "placed") == 0 ? SSS_DIPOLE_PLACED : SSS_DIPOLE_DISTANCE;
     b->job.tolerance = o->tolerance;
     b->job.guard = !isfinite(o->guard) ? 0.0 : o->guard > 0.0 ? o->guard : -1.0;

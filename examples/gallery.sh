@@ -1,10 +1,11 @@
 #!/bin/sh
 # Bakes the bunny in four materials and four sizes under one light, and lays the pictures out on one sheet,
 # examples/pictures/gallery.png, with diffuse reflection alone in the last column. Before that the objects of build/bem
-# that deform, examples/pictures/bem.png, and the bunny's texture atlases, examples/pictures/atlas.png.
+# that deform, examples/pictures/bem.png, the bunny's texture atlases, examples/pictures/atlas.png, and a light round it
+# from integrals kept in three ways, examples/pictures/hao.png.
 #   sh examples/gallery.sh
-#   Needs build/bake, build/bem, build/atlas, build/models/bunny.glb (make demo brings them), ImageMagick and the DejaVu
-#   fonts.
+#   Needs build/bake, build/bem, build/atlas, build/hao, build/models/bunny.glb (make demo brings them), ImageMagick and
+#   the DejaVu fonts.
 set -eu
 cd "$(dirname "$0")/.."
 
@@ -12,7 +13,7 @@ out=examples/pictures/gallery.png
 work=build/gallery
 font=/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf
 bold=/usr/share/fonts/truetype/dejavu/DejaVuSans-Bold.ttf
-for need in build/bake build/bem build/atlas build/models/bunny.glb; do
+for need in build/bake build/bem build/atlas build/hao build/models/bunny.glb; do
     [ -e "$need" ] || { echo "gallery.sh: $need is missing; run: make demo" >&2; exit 1; }
 done
 if ! command -v convert >/dev/null 2>&1 || ! [ -e $font ] || ! [ -e $bold ]; then
@@ -36,6 +37,12 @@ done
 convert "$work/atlas-orthographic.png" "$work/atlas-area.png" "$work/atlas-convex.png" -append -resize 1280x $small \
     "$work/atlas.png"
 mv "$work/atlas.png" "$(dirname "$out")/atlas.png"
+
+# ---- a light that circles ----
+
+build/hao build/models/bunny.glb --headless "$work/hao-strip.png" >"$work/hao.said"
+convert "$work/hao-strip.png" $small "$work/hao.png"
+mv "$work/hao.png" "$(dirname "$out")/hao.png"
 
 # ---- the same light and camera for all ----
 

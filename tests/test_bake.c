@@ -279,7 +279,7 @@ static void methods_and_geometries_differ_as_they_should(void)
 
 static void threads_change_nothing(void)
 {   // Oracle: one thread against three, bit for bit.
-    static const char *const methods[] = {"direct", "bem"};
+    static const char *const methods[] = {"direct", "bem", "hao"};
     char one[1 << 16], three[1 << 16];
     for (size_t i = 0; i < sizeof methods / sizeof methods[0]; ++i)
     {
@@ -378,7 +378,8 @@ static void help_names_every_option(void)
                                          "--sigma-s", "--sigma-a", "--eta", "--albedo", "--mfp", "--no-shadows",
                                          "--irradiance", "--dump-irradiance", "--tolerance", "--threads", "--camera",
                                          "--report", "--reference", "--guard", "direct", "bem",
-                                         "lambert", "--atlas", "--atlas-png", "--atlas-size", "--atlas-method",
+                                         "lambert", "hao", "--directions", "--storage", "--references", "--order",
+                                         "--cache", "--atlas", "--atlas-png", "--atlas-size", "--atlas-method",
                                          "--atlas-values", "orthographic", "convex"};
     CHECK_EQUAL(bake("--help"), 0);
     for (size_t i = 0; i < sizeof wanted / sizeof wanted[0]; ++i)
@@ -525,6 +526,143 @@ static void auto_takes_the_least_that_does(void)
     test_about("at 10 mm"); // where bem may need a tighter tolerance than asked for
     CHECK_EQUAL(bake(MESH " %s --size-mm 10 --method auto --geometry placed --tolerance 0.002 --report", unsized), 0);
     CHECK_BELOW(reported("predicted_error"), 0.002);
+}
+
+// ---- hao ----
+
+// Lights all over, both at the ends of the header's axis and in between.
+static const char *const hao_lights[] = {"0,0,1", "0.577,0.577,0.577", "-0.3,-0.8,0.2", "0.9,0.1,-0.4"};
+
+static void hao_agrees_with_direct(void)
+{   // Oracle: the direct gather by distance, whose shadows are cast for the light itself.
+    static const double direct_tolerance = 1e-4;
+    char error[256] = "";
+    model m;
+    if (!CHECK(model_load(MESH, &m, error, sizeof error) == 0))
+    {
+        return;
+    }
+    for (size_t i = 0; i < sizeof hao_lights / sizeof hao_lights[0]; ++i)
+    {
+        char all[256];
+        snprintf(all, sizeof all, MESH " --material marble --size-mm 40 --light %s%s", hao_lights[i],
+                 i == 2 ? " --no-shadows" : "");
+        test_about("%s", all);
+        CHECK_EQUAL(bake("%s --method direct --tolerance %g --dump " FOLDER "direct.f32", all, direct_tolerance), 0);
+        CHECK_EQUAL(bake("%s --method hao --report --dump " FOLDER "hao.f32", all), 0);
+        const double predicted = reported("predicted_error");
+        CHECK_BETWEEN(predicted, 1e-4, 0.15); // a thousand vertices are a coarse mesh for marble of this size
+        // The prediction is a mean over lights and vertices; one light may be off by twice as much.
+        CHECK_BELOW(rel_l2(&m, FOLDER "hao.f32", FOLDER "direct.f32"), 2.0 * predicted);
+        CHECK_EQUAL(bake("%s --method lambert --dump " FOLDER "lambert.f32", all), 0);
+        CHECK(rel_l2(&m, FOLDER "lambert.f32", FOLDER "direct.f32") > 2.0 * predicted); // this is no wide bound
+    }
+    model_free(&m);
+}
+
+static void hao_takes_soft_lights_and_surroundings(void)
+{
+    static const char *const options[] = {"--light 0,1,1 --soft 8", "--no-shadows --ambient 0.3,0.2,0.1",
+                                          "--light -1,0,0 --soft 3 --ambient 1"};
+    char error[256] = "";
+    model m;
+    if (!CHECK(model_load(MESH, &m, error, sizeof error) == 0))
+    {
+        return;
+    }
+    for (size_t i = 0; i < sizeof options / sizeof options[0]; ++i)
+    {
+        test_about("%s", options[i]);
+        CHECK_EQUAL(bake(MESH " --material marble --size-mm 40 %s --dump " FOLDER "direct.f32", options[i]), 0);
+        CHECK_EQUAL(bake(MESH " --material marble --size-mm 40 %s --method hao --report --dump " FOLDER "hao.f32",
+                         options[i]), 0);
+        CHECK_BELOW(rel_l2(&m, FOLDER "hao.f32", FOLDER "direct.f32"), 2.0 * reported("predicted_error"));
+    }
+    model_free(&m);
+}
+
+static void hao_keeps_its_prediction(void)
+{   // Oracle: the converged integral over the whole bunny, for a light between those of the set.
+    CHECK_EQUAL(bake("build/models/bunny.glb --material marble --size-mm 50 --light 0.5,0.6,-0.7 --method hao --report "
+                     "--reference 60"), 0);
+    CHECK_BETWEEN(reported("predicted_error"), 1e-3, 0.1);
+    // 60 vertices and one light stand for all.
+    CHECK_BELOW(reported("rel_l2"), 1.5 * reported("predicted_error"));
+}
+
+static void hao_reports_what_it_keeps(void)
+{
+    static const char *const keys[] = {"storage", "range_mm", "directions", "reference_points", "order", "sum_error",
+                                       "interpolation_error", "storage_error", "snr_db", "truncated_energy",
+                                       "bytes_vertices", "bytes_references", "bytes_tables", "relight_ms", "cache"};
+    static const struct
+    {
+        const char *storage;
+        double least, most; // bytes a vertex, RGB, 38 directions: the tables and references of a small mesh weigh
+    } kept[] = {{"references --references 200", 40.0, 90.0}, {"table", 114.0, 135.0},
+                {"harmonics --order 5", 150.0, 152.0}, {"float", 456.0, 460.0}, {"vectors", 1368.0, 1372.0}};
+    double error[5];
+    for (size_t i = 0; i < sizeof kept / sizeof kept[0]; ++i)
+    {
+        test_about("%s", kept[i].storage);
+        CHECK_EQUAL(bake(MESH " %s --size-mm 40 --method hao --directions 40 --reference 20 --report --storage %s",
+                         unsized, kept[i].storage), 0);
+        CHECK_EQUAL(reported("directions"), 38); // the nearest lattice
+        CHECK_BETWEEN(reported("bytes_per_vertex"), kept[i].least, kept[i].most);
+        CHECK_BETWEEN(reported("frame_ms"), 1e-3, 1e4);
+        error[i] = reported("storage_error");
+    }
+    CHECK(error[0] > 1e-4 && error[1] > 1e-4 && error[2] > 1e-4);
+    CHECK_BELOW(error[3], 1e-6); // floats are the integrals themselves
+    CHECK_BETWEEN(reported("rel_l2"), 1e-4, 0.2); // vectors, 38 directions
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; ++i)
+    {
+        test_about("%s", keys[i]);
+        CHECK(has_key(keys[i]));
+    }
+}
+
+static void hao_keeps_integrals_in_a_file(void)
+{
+    static char one[1 << 16], two[1 << 16];
+    static const char light[] = "--light 0,1,0.2 --method hao --directions 66 --cache " FOLDER "cache.bin --report";
+    remove(FOLDER "cache.bin");
+    CHECK_EQUAL(bake(MESH " --material marble --size-mm 40 %s --dump " FOLDER "B1.f32", light), 0);
+    CHECK(strstr(g_said, "\ncache=written\n") != NULL && file_size(FOLDER "cache.bin") > 1000);
+    const size_t size = read_file(FOLDER "B1.f32", one, sizeof one);
+    CHECK_EQUAL(bake(MESH " --material marble --size-mm 40 %s --dump " FOLDER "B2.f32", light), 0);
+    CHECK(strstr(g_said, "\ncache=read\n") != NULL);
+    CHECK(size > 100 && size == read_file(FOLDER "B2.f32", two, sizeof two) && memcmp(one, two, size) == 0);
+    // Another light is what it is for; another size is another object.
+    CHECK_EQUAL(bake(MESH " --material marble --size-mm 40 --ambient 1 %s", light), 0);
+    CHECK(strstr(g_said, "\ncache=read\n") != NULL);
+    CHECK_EQUAL(bake(MESH " --material marble --size-mm 20 %s", light), 0);
+    CHECK(strstr(g_said, "\ncache=written\n") != NULL && strstr(g_complained, "anew") != NULL);
+    CHECK_EQUAL(bake(MESH " --material skimmilk --size-mm 20 %s", light), 0);
+    CHECK(strstr(g_said, "\ncache=written\n") != NULL);
+    CHECK_EQUAL(bake(MESH " --material skimmilk --size-mm 20 --no-shadows %s", light), 0);
+    CHECK(strstr(g_said, "\ncache=written\n") != NULL);
+    CHECK_EQUAL(bake(MESH " --material skimmilk --size-mm 20 --no-shadows %s", light), 0);
+    CHECK(strstr(g_said, "\ncache=read\n") != NULL);
+}
+
+static void hao_says_what_it_cannot_do(void)
+{
+    CHECK_EQUAL(bake(MESH " %s --method hao --geometry placed --report", scene), 2);
+    CHECK(strstr(g_complained, "distance") != NULL && strstr(g_complained, "--method direct") != NULL);
+    CHECK_EQUAL(bake(MESH " %s --dump-irradiance " FOLDER "E.f32", scene), 0);
+    CHECK_EQUAL(bake(MESH " %s --method hao --irradiance " FOLDER "E.f32 --report", scene), 2);
+    CHECK(strstr(g_complained, "--light") != NULL && strstr(g_complained, "--method direct") != NULL);
+    CHECK_EQUAL(bake(MESH " %s --method hao --atlas-values texels --atlas " FOLDER "no.glb2 --report", scene), 2);
+    CHECK(strstr(g_complained, "vertices") != NULL && strstr(g_complained, "--method direct") != NULL);
+    CHECK_EQUAL(bake(MESH " %s --method hao --storage vectors --ambient 1 --report", scene), 2);
+    CHECK(strstr(g_complained, "--ambient") != NULL);
+    // A file that is no cache is left alone.
+    const long long before = file_size(MESH);
+    CHECK_EQUAL(bake(MESH " %s --method hao --directions 6 --cache " MESH " --report", scene), 2);
+    CHECK(strstr(g_complained, "no cache") != NULL && file_size(MESH) == before);
+    CHECK_EQUAL(bake(MESH " %s --method hao --directions 6 --cache " FOLDER "absent/cache.bin --report", scene), 2);
+    CHECK(strstr(g_complained, "cannot write") != NULL);
 }
 
 // ---- atlas ----
@@ -674,6 +812,7 @@ static void texture_is_the_radiosity_of_the_vertices(void)
     compare_texture(MESH, "--method auto --geometry placed --atlas-method orthographic", 256, 0.08, 0.10);
     compare_texture(MESH, "--method bem --atlas-method convex", 256, 0.10, 0.15);
     compare_texture(CUBE, "--method bem", 256, 0.06, 0.05);
+    compare_texture(CUBE, "--method hao --directions 38", 256, 0.06, 0.05);
 }
 
 // A quarter of the texel, a quarter of the error, but for eight bits and slits in charts narrower than a texel.
@@ -760,6 +899,12 @@ static void wrong_arguments_are_refused(void)
         {"bem below its tolerance", MESH " --material marble --size-mm 10 --light 0,0,1 --method bem --tolerance 2e-5"},
         {"guard without bem", MESH " --material marble --size-mm 10 --light 0,0,1 --guard 0.5"},
         {"guard 2", MESH " --material marble --size-mm 10 --light 0,0,1 --method bem --guard 2"},
+        {"hao placed", MESH " --material marble --size-mm 10 --light 0,0,1 --method hao --geometry placed"},
+        {"hao beyond its tolerance", MESH " --material marble --size-mm 10 --light 0,0,1 --method hao --tolerance .3"},
+        {"order 9", MESH " --material marble --size-mm 10 --light 0,0,1 --method hao --order 9"},
+        {"three directions", MESH " --material marble --size-mm 10 --light 0,0,1 --method hao --directions 3"},
+        {"unknown storage", MESH " --material marble --size-mm 10 --light 0,0,1 --method hao --storage sand"},
+        {"cache without hao", MESH " --material marble --size-mm 10 --light 0,0,1 --cache " FOLDER "no.f32"},
         {"unknown geometry", MESH " --material marble --size-mm 10 --light 0,0,1 --geometry round"},
         {"unknown option", MESH " --material marble --size-mm 10 --light 0,0,1 --frobnicate 3"},
         {"option without value", MESH " --material marble --light 0,0,1 --size-mm"},
@@ -1023,6 +1168,12 @@ int main(int argc, char **argv)
                                       TEST(spurious_light_is_warned_of),
                                       TEST(auto_takes_the_least_that_does),
                                       TEST(bem_says_what_it_cannot_do),
+                                      TEST(hao_agrees_with_direct),
+                                      TEST(hao_takes_soft_lights_and_surroundings),
+                                      TEST(hao_keeps_its_prediction),
+                                      TEST(hao_reports_what_it_keeps),
+                                      TEST(hao_keeps_integrals_in_a_file),
+                                      TEST(hao_says_what_it_cannot_do),
                                       TEST(texture_is_the_radiosity_of_the_vertices),
                                       TEST(texture_converges),
                                       TEST(atlas_alone_is_a_picture_of_its_size),

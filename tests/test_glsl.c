@@ -10,6 +10,8 @@
 #include "../sss_bem.h"
 #define SSS_ATLAS_IMPLEMENTATION
 #include "../sss_atlas.h"
+#define SSS_HAO_IMPLEMENTATION
+#include "../sss_hao.h"
 
 #include "../examples/common/gl_context.h"
 #include "common/flat.h"
@@ -1116,6 +1118,175 @@ static void atlas_is_fetched_as_in_c(void)
     atlas_case_free(&c);
 }
 
+// ---- Reference points and harmonics ----
+
+// An object on the graphics card: its words, and what its reference points radiate under one light.
+typedef struct hao_case
+{
+    sss_hao *hao;
+    sss_hao_stats stats;
+    sss_hao_uniforms uniforms;
+    uint32_t *words;   // [height][SSS_HAO_TEXTURE_WIDTH]
+    float *references; // [rows][SSS_HAO_TEXTURE_WIDTH][4]
+    float *B;          // [V][channels] by sss_hao_relight_rows
+    size_t height, rows;
+} hao_case;
+
+static void hao_case_free(hao_case *c)
+{
+    sss_hao_free(c->hao);
+    free(c->words);
+    free(c->references);
+    free(c->B);
+}
+
+// A sphere with a hole, some of whose vertices nothing names.
+static int hao_case_make(hao_case *c, size_t channels, size_t order)
+{
+    static const double middle[3] = {0.1, -0.2, 0.3};
+    const sss_hao_light light = {{1.0, 0.7, 0.4}, {0.3, 0.5, 0.8}, {0.0, 0.0, 0.0}, SSS_HAO_LIGHT_DIRECTIONAL};
+    sss_dipole_material marble;
+    sss_profile profile;
+    sss_hao_options options;
+    mesh_data sphere;
+    memset(c, 0, sizeof *c);
+    memset(&options, 0, sizeof options);
+    options.channels = channels;
+    options.channel = channels == 1 ? 2 : 0;
+    options.order = order;
+    options.directions = 66;
+    options.reference_count = 60;
+    if (mesh_sphere(4, 1.0, &sphere) != 0)
+    {
+        return 0;
+    }
+    mesh_transform(&sphere, 1.0, middle);
+    sphere.triangle_count -= 5;
+    const sss_mesh mesh = mesh_view(&sphere, 20.0);
+    const int made = sss_dipole_material_by_name("Marble", &marble) == SSS_OK &&
+                     sss_dipole_profile(&marble, SSS_DIPOLE_FRESNEL_EXACT, &profile) == SSS_OK &&
+                     sss_hao_create(&mesh, &profile, &options, NULL, &c->hao) == SSS_OK &&
+                     sss_hao_get_stats(c->hao, &c->stats) == SSS_OK &&
+                     sss_hao_get_texture(c->hao, NULL, &c->height) == SSS_OK;
+    mesh_free(&sphere);
+    if (!CHECK(made))
+    {
+        return 0;
+    }
+    float *lighting = (float *)calloc(3 * c->stats.lighting_count, sizeof *lighting);
+    c->rows = (c->stats.reference_count + SSS_HAO_TEXTURE_WIDTH - 1) / SSS_HAO_TEXTURE_WIDTH;
+    c->words = (uint32_t *)malloc(c->height * SSS_HAO_TEXTURE_WIDTH * sizeof *c->words);
+    c->references = (float *)calloc(4 * c->rows * SSS_HAO_TEXTURE_WIDTH, sizeof *c->references);
+    c->B = (float *)malloc(c->stats.vertex_count * channels * sizeof *c->B);
+    const int lit = sss_hao_get_texture(c->hao, c->words, &c->height) == SSS_OK &&
+                    sss_hao_add_lights(c->hao, &light, 1, lighting) == SSS_OK &&
+                    sss_hao_relight_references(c->hao, lighting, c->references) == SSS_OK &&
+                    sss_hao_relight_rows(c->hao, lighting, c->references, 0, c->stats.vertex_count, c->B) == SSS_OK &&
+                    sss_hao_get_uniforms(c->hao, lighting, &c->uniforms) == SSS_OK;
+    free(lighting);
+    return CHECK(lit);
+}
+
+// The vertex shader puts each vertex's radiosity into a pixel of its own, image [WIDTH * HEIGHT][4].
+static int hao_in_shader(const hao_case *c, const char *version, float *image)
+{
+    static const char *const vertex = "flat out vec3 radiosity;\n"
+                                      "void main()\n"
+                                      "{\n"
+                                      "    radiosity = sss_hao_radiosity(gl_VertexID);\n"
+                                      "    gl_Position = vec4((vec2(float(gl_VertexID % 64), float(gl_VertexID / 64))\n"
+                                      "                        + 0.5) / 32.0 - 1.0, 0.0, 1.0);\n"
+                                      "    gl_PointSize = 1.0;\n"
+                                      "}\n";
+    static const char *const fragment = "flat in vec3 radiosity;\n"
+                                        "out vec4 result;\n"
+                                        "void main() { result = vec4(radiosity, 1.0); }\n";
+    const gl_functions *const gl = gl_context_functions(g_context);
+    const GLuint program =
+        atlas_program(version, sss_hao_glsl(SSS_HAO_GLSL_RADIOSITY), vertex, NULL, fragment);
+    GLuint words = 0, vertex_array = 0;
+    if (!CHECK(program != 0))
+    {
+        return 0;
+    }
+    canvas target = canvas_make(gl, WIDTH);
+    gl->GenVertexArrays(1, &vertex_array);
+    gl->BindVertexArray(vertex_array);
+    gl->ActiveTexture(GL_TEXTURE0);
+    gl->GenTextures(1, &words);
+    gl->BindTexture(GL_TEXTURE_2D, words);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_R32UI, SSS_HAO_TEXTURE_WIDTH, (GLsizei)c->height, 0, GL_RED_INTEGER,
+                   GL_UNSIGNED_INT, c->words);
+    gl->ActiveTexture(GL_TEXTURE0 + 1);
+    GLuint references = 0;
+    gl->GenTextures(1, &references);
+    gl->BindTexture(GL_TEXTURE_2D, references);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl->TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    gl->TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, SSS_HAO_TEXTURE_WIDTH, (GLsizei)c->rows, 0, GL_RGBA, GL_FLOAT,
+                   c->references);
+    gl->UseProgram(program);
+    gl->Uniform1i(gl->GetUniformLocation(program, "sss_hao_texture"), 0);
+    gl->Uniform1i(gl->GetUniformLocation(program, "sss_hao_references"), 1);
+    gl->Uniform4iv(gl->GetUniformLocation(program, "sss_hao_layout"), 1, c->uniforms.layout);
+    gl->Uniform4fv(gl->GetUniformLocation(program, "sss_hao_harmonics"), 64, c->uniforms.harmonics[0]);
+    gl->Uniform4fv(gl->GetUniformLocation(program, "sss_hao_bias"), 1, c->uniforms.bias);
+    memset(image, 0xff, 4 * COUNT * sizeof *image);
+    gl->DrawArrays(GL_POINTS, 0, (GLsizei)c->stats.vertex_count);
+    gl->ReadPixels(0, 0, WIDTH, HEIGHT, GL_RGBA, GL_FLOAT, image);
+    gl->DeleteTextures(1, &words);
+    gl->DeleteTextures(1, &references);
+    gl->DeleteVertexArrays(1, &vertex_array);
+    gl->DeleteProgram(program);
+    canvas_free(gl, &target);
+    return CHECK(gl->GetError() == GL_NO_ERROR);
+}
+
+// sss_hao_radiosity against sss_hao_relight_rows: within 1/512 of full scale, and by far: both are sums of floats.
+static void hao_is_relit_as_in_c(void)
+{
+    static float image[4 * COUNT];
+    static const size_t orders[3] = {3, 1, 6};
+    for (size_t channels = 1; channels <= 3; channels += 2)
+    {
+        for (size_t k = 0; k < 3; ++k)
+        {
+            hao_case c;
+            test_about("%zu channels, order %zu", channels, orders[k]);
+            if (hao_case_make(&c, channels, orders[k]))
+            {
+                CHECK(c.stats.vertex_count <= COUNT && c.stats.order == orders[k]);
+                for (size_t v = 0; v < VERSION_COUNT; ++v)
+                {
+                    double worst_error = 0.0, full = 0.0, mutant = 0.0;
+                    test_about("%zu channels, order %zu, %s", channels, orders[k], versions[v]);
+                    if (!hao_in_shader(&c, versions[v], image))
+                    {
+                        continue;
+                    }
+                    for (size_t i = 0; i < c.stats.vertex_count; ++i)
+                    {
+                        for (size_t channel = 0; channel < 3; ++channel)
+                        {
+                            const double want = (double)c.B[channels * i + (channels == 3 ? channel : 0)];
+                            full = fmax(full, want);
+                            keep_worst(&worst_error, fabs((double)image[4 * i + channel] - want));
+                            mutant = fmax(mutant, fabs((double)image[4 * ((i + 1) % COUNT) + channel] - want));
+                        }
+                    }
+                    CHECK_BELOW(worst_error / full, 1.0 / 512.0);
+                    CHECK_BELOW(worst_error / full, 1e-5);
+                    CHECK(mutant / full > 1.0 / 512.0); // one vertex for the other
+                    CHECK(full > 0.1);
+                }
+            }
+            hao_case_free(&c);
+        }
+    }
+}
+
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {TEST(fresnel_is_that_of_c),   TEST(schlick_is_that_of_c),
@@ -1124,7 +1295,8 @@ int main(int argc, char **argv)
                                       TEST(tone_map_is_the_documented_curve),
                                       TEST(radiance_is_exit_factor_and_fresnel), TEST(environment_is_mirrored),
                                       TEST(atlas_is_rasterised_as_the_table_says),
-                                      TEST(atlas_is_dilated_as_in_c), TEST(atlas_is_fetched_as_in_c)};
+                                      TEST(atlas_is_dilated_as_in_c), TEST(atlas_is_fetched_as_in_c),
+                                      TEST(hao_is_relit_as_in_c)};
     char error[512] = "";
     g_context = gl_context_create_headless(WIDTH, HEIGHT, error, sizeof error);
     if (!g_context)

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "image.h"
-#include "methods.h"
+#include "services.h"
 #include "threads.h"
 
 enum
@@ -130,9 +130,9 @@ int atlas_texture_create(const sss_mesh *mesh, const sss_atlas_options *options,
 {
     const sss_hooks hooks = {.user = &threads, .parallel_for = parallel_for};
     memset(out, 0, sizeof *out);
-    const double start = method_seconds();
+    const double start = services_seconds();
     sss_result result = sss_atlas_create(mesh, options, &hooks, &out->atlas);
-    out->seconds = method_seconds() - start;
+    out->seconds = services_seconds() - start;
     if (result == SSS_ERROR_INVALID_ARGUMENT)
     {
         snprintf(error_text, error_size, "the charts of this mesh do not fit into %zu x %zu texels: take more",

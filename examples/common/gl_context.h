@@ -87,6 +87,7 @@ extern "C" {
     X(Uniform1fv, UNIFORM1FV)                                                                                         \
     X(Uniform3fv, UNIFORM3FV)                                                                                         \
     X(Uniform4fv, UNIFORM4FV)                                                                                         \
+    X(Uniform4iv, UNIFORM4IV)                                                                                         \
     X(UniformMatrix4fv, UNIFORMMATRIX4FV)                                                                             \
     X(UseProgram, USEPROGRAM)                                                                                         \
     X(VertexAttrib4fv, VERTEXATTRIB4FV)                                                                               \

@@ -17,7 +17,6 @@ const lights lights_studio = {.direction = {{-0.28, 0.57, -0.77}, {-0.9, 0.35, 0
 
 enum
 {
-    SOFT_SAMPLES = 48,    // directions in one soft light
     AMBIENT_SAMPLES = 192 // directions over the sphere of the surroundings
 };
 
@@ -82,10 +81,15 @@ static void add_seen(const sum *a, size_t channel, const double direction[3], do
     }
 }
 
-// A light of finite size is many directions within its disc.
-static sss_result add_soft_light(const sum *a, size_t index)
+static int samples_of(const lights *l)
 {
-    double w[3] = {a->l->direction[index][0], a->l->direction[index][1], a->l->direction[index][2]};
+    return l->softness > 0.0 ? LIGHTS_SAMPLES : 1;
+}
+
+// A light of finite size is many directions within its disc.   out  [samples_of(l)][3]
+static void spread(const lights *l, size_t index, double (*out)[3])
+{
+    double w[3] = {l->direction[index][0], l->direction[index][1], l->direction[index][2]};
     normalize(w);
     double u[3] = {fabs(w[0]) < 0.5, fabs(w[0]) >= 0.5, 0.0};
     const double along = u[0] * w[0] + u[1] * w[1];
@@ -95,22 +99,45 @@ static sss_result add_soft_light(const sum *a, size_t index)
     }
     normalize(u);
     const double v[3] = {w[1] * u[2] - w[2] * u[1], w[2] * u[0] - w[0] * u[2], w[0] * u[1] - w[1] * u[0]};
-    const int samples = a->l->softness > 0.0 ? SOFT_SAMPLES : 1;
-    const double radius = tan(a->l->softness * PI / 180.0);
-    sss_result result = SSS_OK;
-    for (int i = 0; i < samples && result == SSS_OK; ++i)
+    const int samples = samples_of(l);
+    const double radius = tan(l->softness * PI / 180.0);
+    for (int i = 0; i < samples; ++i)
     {
         const double r = radius * sqrt((i + 0.5) / samples), phi = i * GOLDEN_ANGLE;
-        double direction[3];
         for (int k = 0; k < 3; ++k)
         {
-            direction[k] = w[k] + r * (cos(phi) * u[k] + sin(phi) * v[k]);
+            out[i][k] = w[k] + r * (cos(phi) * u[k] + sin(phi) * v[k]);
         }
-        normalize(direction);
-        result = add_directional(a, direction, a->l->color[index], 1.0 / samples);
+        normalize(out[i]);
+    }
+}
+
+size_t lights_directions(const lights *l, double (*direction)[3], double (*color)[3])
+{
+    const size_t samples = (size_t)samples_of(l);
+    for (size_t index = 0; index < l->count; ++index)
+    {
+        spread(l, index, direction + index * samples);
+        for (size_t i = 0; i < 3 * samples; ++i)
+        {
+            color[index * samples + i / 3][i % 3] = l->color[index][i % 3] / (double)samples;
+        }
+    }
+    return l->count * samples;
+}
+
+static sss_result add_soft_light(const sum *a, size_t index)
+{
+    double directions[LIGHTS_SAMPLES][3];
+    const int samples = samples_of(a->l);
+    sss_result result = SSS_OK;
+    spread(a->l, index, directions);
+    for (int i = 0; i < samples && result == SSS_OK; ++i)
+    {
+        result = add_directional(a, directions[i], a->l->color[index], 1.0 / samples);
         if (index < 3)
         {
-            add_seen(a, index, direction, 1.0 / samples);
+            add_seen(a, index, directions[i], 1.0 / samples);
         }
     }
     return result;

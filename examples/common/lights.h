@@ -12,7 +12,8 @@ extern "C" {
 
 enum
 {
-    LIGHTS_MAX = 8
+    LIGHTS_MAX = 8,
+    LIGHTS_SAMPLES = 48 // directions in one soft light
 };
 
 typedef struct lights
@@ -35,6 +36,11 @@ extern const lights lights_studio;
 // Returns 0, or -1 with the reason in error_text.
 int lights_irradiance(const lights *l, const model *m, double eta, int threads, float *irradiance, float *seen,
                       char *error_text, size_t error_size);
+
+// The lights, without surroundings, as directions: a soft one is many.
+//   direction, color  [LIGHTS_MAX LIGHTS_SAMPLES][3] room for them, as in lights; direction of unit length
+// Returns how many there are.
+size_t lights_directions(const lights *l, double (*direction)[3], double (*color)[3]);
 
 #ifdef __cplusplus
 }

@@ -1,56 +1,11 @@
-#define _POSIX_C_SOURCE 200809L // clock_gettime, isatty
-
 #include "methods.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "../../sss_bem.h"
-#include "threads.h"
-
-double method_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-// ---- what every method hands to the library ----
-
-typedef struct services
-{
-    int threads;
-    int show_progress;
-    int last_percent;
-} services;
-
-static void parallel_for(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end),
-                         void *context)
-{
-    threads_parallel_for(((const services *)user)->threads, count, task, context);
-}
-
-static int progress(void *user, double fraction)
-{
-    services *const s = user;
-    const int percent = (int)(100.0 * fraction);
-    if (s->show_progress && percent != s->last_percent)
-    {
-        fprintf(stderr, percent >= 100 ? "\r                    \r" : "\rgathering: %d %% ", percent);
-        fflush(stderr);
-        s->last_percent = percent;
-    }
-    return 0;
-}
-
-static sss_hooks hooks_of(services *s)
-{
-    const sss_hooks hooks = {.user = s, .parallel_for = parallel_for, .progress = progress};
-    return hooks;
-}
+#include "services.h"
 
 static int fail(sss_result why, const char *what, char *error_text, size_t error_size)
 {
@@ -101,9 +56,9 @@ static double estimate(const sss_dipole_gather *gather, const method_job *job)
         memcpy(normals + 3 * i, job->mesh.normals + 3 * i * stride, 3 * sizeof *normals);
     }
     const sss_dipole_receivers receivers = {.positions = positions, .normals = normals, .count = count};
-    const double start = method_seconds();
+    const double start = services_seconds();
     const sss_result result = sss_dipole_gather_run(gather, &receivers, radiosity);
-    const double taken = method_seconds() - start;
+    const double taken = services_seconds() - start;
     free(positions);
     return result == SSS_OK ? taken * (double)job->mesh.vertex_count / (double)count : 0.0;
 }
@@ -134,9 +89,9 @@ static int gather(sss_dipole_gather *g, services *s, const method_job *job, floa
 {
     const sss_dipole_receivers receivers = {.positions = job->mesh.positions, .normals = job->mesh.normals,
                                             .count = job->mesh.vertex_count};
-    double start = method_seconds();
+    double start = services_seconds();
     sss_result status = sss_dipole_gather_set_irradiance(g, SSS_DIPOLE_VERTICES, job->irradiance);
-    const double setting = method_seconds() - start;
+    const double setting = services_seconds() - start;
     if (status != SSS_OK)
     {
         return fail(status, "irradiance", error_text, error_size);
@@ -147,16 +102,13 @@ static int gather(sss_dipole_gather *g, services *s, const method_job *job, floa
         if (expected > LONG_S)
         {
             announce(expected, job, job->mesh.vertex_count);
-            s->show_progress = isatty(STDERR_FILENO);
+            s->what = "gathering";
         }
     }
-    start = method_seconds();
+    start = services_seconds();
     status = sss_dipole_gather_run(g, &receivers, radiosity);
-    result->frame_ms = 1e3 * (setting + method_seconds() - start);
-    if (s->show_progress)
-    {
-        fprintf(stderr, "\r                    \r");
-    }
+    result->frame_ms = 1e3 * (setting + services_seconds() - start);
+    services_end_progress(s);
     return status == SSS_OK ? 0 : fail(status, "gather", error_text, error_size);
 }
 
@@ -168,11 +120,11 @@ static int gather_points(sss_dipole_gather *g, services *s, const method_job *jo
     if (job->announce && expected > LONG_S)
     {
         announce(expected, job, job->points.count);
-        s->show_progress = isatty(STDERR_FILENO);
+        s->what = "gathering";
     }
-    const double start = method_seconds();
+    const double start = services_seconds();
     const sss_result status = sss_dipole_gather_run(g, &job->points, job->point_radiosity);
-    result->points_ms = 1e3 * (method_seconds() - start);
+    result->points_ms = 1e3 * (services_seconds() - start);
     result->has_points = status == SSS_OK;
     return status == SSS_OK ? 0 : fail(status, "gather between vertices", error_text, error_size);
 }
@@ -180,13 +132,13 @@ static int gather_points(sss_dipole_gather *g, services *s, const method_job *jo
 static int run_direct(const method_job *job, float *radiosity, method_result *result, char *error_text,
                       size_t error_size)
 {
-    services s = {.threads = job->threads, .last_percent = -1};
-    const sss_hooks hooks = hooks_of(&s);
+    services s = {.threads = job->threads};
+    const sss_hooks hooks = services_hooks(&s);
     const sss_dipole_gather_options options = {.geometry = job->geometry, .tolerance = job->tolerance};
     sss_dipole_gather *g = NULL;
-    const double start = method_seconds();
+    const double start = services_seconds();
     const sss_result created = sss_dipole_gather_create(&job->mesh, job->profile, &options, &hooks, &g);
-    result->precompute_s = method_seconds() - start;
+    result->precompute_s = services_seconds() - start;
     result->method = "direct";
     if (created != SSS_OK)
     {
@@ -248,20 +200,20 @@ static sss_result relight(sss_bem *bem, const method_job *job, float *radiosity,
             return status;
         }
     }
-    const double start = method_seconds();
+    const double start = services_seconds();
     status = status == SSS_OK ? sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, job->irradiance) : status;
     status = status == SSS_OK ? sss_bem_render(bem, radiosity) : status;
-    *ms = 1e3 * (method_seconds() - start);
+    *ms = 1e3 * (services_seconds() - start);
     return status;
 }
 
 static sss_result shade_bem(sss_bem *bem, const method_job *job, float *radiosity, method_result *result)
 {
     double relight_ms = 0.0;
-    const double start = method_seconds();
+    const double start = services_seconds();
     sss_result status = sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, job->irradiance);
     status = status == SSS_OK ? sss_bem_shade(bem, radiosity) : status;
-    result->frame_ms = 1e3 * (method_seconds() - start);
+    result->frame_ms = 1e3 * (services_seconds() - start);
     status = status == SSS_OK ? sss_bem_predict_error(bem, 0, NULL) : status;
     if (status == SSS_OK && job->report)
     {
@@ -279,9 +231,10 @@ static sss_result shade_bem(sss_bem *bem, const method_job *job, float *radiosit
 static int run_bem(const method_job *job, float *radiosity, method_result *result, char *error_text,
                    size_t error_size)
 {
-    services s = {.threads = job->threads, .last_percent = -1};
-    s.show_progress = job->announce && isatty(STDERR_FILENO) && job->mesh.triangle_count > LONG_TRIANGLES;
-    const sss_hooks hooks = hooks_of(&s);
+    services s = {.threads = job->threads};
+    const int large = job->mesh.triangle_count > LONG_TRIANGLES;
+    s.what = job->announce && large ? "gathering" : NULL;
+    const sss_hooks hooks = services_hooks(&s);
     const sss_bem_options options = {.tolerance = job->tolerance, .guard = job->guard};
     sss_bem *bem = NULL;
     if (job->tolerance > 0.0 && job->tolerance < BEM_TIGHTEST)
@@ -290,18 +243,18 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
                  job->tolerance, BEM_TIGHTEST);
         return -1;
     }
-    const double start = method_seconds();
+    const double start = services_seconds();
     sss_result status = sss_bem_create(&job->mesh, job->profile, &options, &hooks, &bem);
-    result->precompute_s = method_seconds() - start;
+    result->precompute_s = services_seconds() - start;
     result->method = "bem";
     status = status == SSS_OK ? shade_bem(bem, job, radiosity, result) : status;
     if (status == SSS_OK && job->points.count > 0)
     {
-        const double began = method_seconds();
+        const double began = services_seconds();
         status = sss_bem_gather(bem, job->points.positions, job->points.normals, job->points.count,
                                 job->point_radiosity);
         result->has_points = status == SSS_OK;
-        result->points_ms = 1e3 * (method_seconds() - began);
+        result->points_ms = 1e3 * (services_seconds() - began);
     }
     sss_bem_free(bem);
     return status == SSS_OK ? 0 : fail(status, "bem", error_text, error_size);
@@ -312,10 +265,10 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
 static int run_lambert(const method_job *job, float *radiosity, method_result *result, char *error_text,
                        size_t error_size)
 {
-    const double start = method_seconds();
+    const double start = services_seconds();
     const sss_result status = sss_dipole_lambert(job->profile, job->irradiance, job->mesh.vertex_count, radiosity);
     result->method = "lambert";
-    result->frame_ms = 1e3 * (method_seconds() - start);
+    result->frame_ms = 1e3 * (services_seconds() - start);
     result->predicted_error = job->advice.lambert_error;
     return status == SSS_OK ? 0 : fail(status, "lambert", error_text, error_size);
 }
@@ -358,8 +311,11 @@ static const struct
 } methods[] = {
     {"direct", "direct   every vertex from every triangle: sss_dipole.h", run_direct, NULL},
     {"bem", "bem      every vertex from a hierarchy of clusters, geometry placed: sss_bem.h", run_bem, "placed"},
+    {"hao", "hao      every vertex for some 200 lights in advance, then any light at once: sss_hao.h", method_hao,
+     "distance"},
     {"lambert", "lambert  diffuse reflection only, nothing travels inside: sss_dipole.h", run_lambert, NULL},
-    {"auto", "auto     the least of these that meets the tolerance, for the geometry", run_auto, NULL},
+    {"auto", "auto     the least of direct, bem and lambert that meets the tolerance, for the geometry", run_auto,
+     NULL},
 };
 
 const char *method_geometry(const char *name)

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "image.h"
-#include "methods.h"
 #include "offscreen.h"
+#include "services.h"
 
 enum
 {
@@ -32,7 +32,7 @@ static const double REPORT_MS = 1000.0; // how often a window's times are printe
 
 static void lap(show *s, int stage, double *since)
 {
-    const double now = method_seconds();
+    const double now = services_seconds();
     s->ms[stage] += 1e3 * (now - *since);
     *since = now;
 }
@@ -40,7 +40,7 @@ static void lap(show *s, int stage, double *since)
 // From the time to the radiosity at the vertices, on the graphics card.
 static int step(show *s)
 {
-    double since = method_seconds();
+    double since = services_seconds();
     int status = s->held ? 0 : scene_move(&s->scene, s->shape_time);
     if (status != 0)
     {
@@ -149,16 +149,16 @@ static int obey(show *s, int key)
 int show_window(show *s, const char *title)
 {
     s->context = gl_context_create_window(SIDE, SIDE, title, s->reason, sizeof s->reason);
-    double since = method_seconds();
+    double since = services_seconds();
     int status = s->context ? open_scene(s, 0) : -1;
     for (gl_input input = {.width = SIDE, .height = SIDE}; status == 0 && !input.close;)
     {
-        const double now = method_seconds();
+        const double now = services_seconds();
         s->time += now - since;
         s->shape_time += s->held ? 0.0 : now - since;
         since = now;
         status = step(s);
-        double drawing = method_seconds();
+        double drawing = services_seconds();
         glossy_draw(s->drawn, &s->view, input.width, input.height);
         gl_context_present(s->context, &input);
         lap(s, DRAW, &drawing);
@@ -193,7 +193,7 @@ static int run_row(show *s, int height, unsigned char *rgb)
         s->time = s->scene.step * i;
         s->shape_time = s->held ? s->shape_time : s->time;
         status = step(s);
-        double since = method_seconds();
+        double since = services_seconds();
         if (rgb && status == 0)
         {
             status = offscreen_draw(s->context, &size, draw_tile, s, tile, s->reason, sizeof s->reason);

@@ -168,6 +168,31 @@ void mesh_compute_normals(mesh_data *mesh)
     }
 }
 
+int mesh_turn_outward(mesh_data *mesh)
+{
+    double volume = 0.0; // six times the signed one
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+    {
+        const float *a = &mesh->positions[3 * (size_t)mesh->triangles[3 * t]];
+        const float *b = &mesh->positions[3 * (size_t)mesh->triangles[3 * t + 1]];
+        const float *c = &mesh->positions[3 * (size_t)mesh->triangles[3 * t + 2]];
+        for (int k = 0; k < 3; ++k)
+            volume += (double)a[k] * ((double)b[(k + 1) % 3] * (double)c[(k + 2) % 3] -
+                                      (double)b[(k + 2) % 3] * (double)c[(k + 1) % 3]);
+    }
+    if (!(volume < 0.0))
+        return 0;
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+    {
+        const uint32_t swapped = mesh->triangles[3 * t + 1];
+        mesh->triangles[3 * t + 1] = mesh->triangles[3 * t + 2];
+        mesh->triangles[3 * t + 2] = swapped;
+    }
+    for (size_t i = 0; i < 3 * mesh->vertex_count; ++i)
+        mesh->normals[i] = -mesh->normals[i];
+    return 1;
+}
+
 void mesh_transform(mesh_data *mesh, double scale, const double offset[3])
 {
     for (size_t v = 0; v < mesh->vertex_count; ++v)

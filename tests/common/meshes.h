@@ -87,6 +87,10 @@ size_t *mesh_vertices_by_area(const mesh_data *mesh, size_t count);
 // Recomputes normals: means of the triangles' normals weighted by area.
 void mesh_compute_normals(mesh_data *mesh);
 
+// Turns windings and normals round where the surface, taken as closed, has its outside inside (a negative volume), as
+// the horses of ../shared/models have. 1 where it did.
+int mesh_turn_outward(mesh_data *mesh);
+
 // Moves, then scales, every position.
 void mesh_transform(mesh_data *mesh, double scale, const double offset[3]);
 
