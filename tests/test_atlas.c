@@ -9,6 +9,7 @@
 #define SSS_ATLAS_IMPLEMENTATION
 #include "../sss_atlas.h"
 
+#include "common/bytes.h"
 #include "common/flat.h"
 #include "common/hooks.h"
 #include "common/meshes.h"
@@ -2275,39 +2276,6 @@ static void rotations_help_and_defaults_are_named(void)
 
 // ---- Determinism ----
 
-// What sss_atlas_save writes.
-typedef struct bytes
-{
-    unsigned char *data;
-    size_t count, room, read;
-    int fail_at; // the write that fails; -1: none
-} bytes;
-
-static int write_bytes(void *user, const void *data, size_t count)
-{
-    bytes *b = (bytes *)user;
-    if (b->fail_at-- == 0)
-        return 1;
-    if (b->count + count > b->room)
-    {
-        b->room = 2 * (b->count + count) + 4096;
-        b->data = (unsigned char *)realloc(b->data, b->room);
-    }
-    memcpy(b->data + b->count, data, count);
-    b->count += count;
-    return 0;
-}
-
-static int read_bytes(void *user, void *data, size_t count)
-{
-    bytes *b = (bytes *)user;
-    if (count > b->count - b->read)
-        return 1;
-    memcpy(data, b->data + b->read, count);
-    b->read += count;
-    return 0;
-}
-
 static bytes saved(const sss_atlas *atlas)
 {
     bytes b;
@@ -2315,24 +2283,6 @@ static bytes saved(const sss_atlas *atlas)
     b.fail_at = -1;
     CHECK_EQUAL(sss_atlas_save(atlas, write_bytes, &b), SSS_OK);
     return b;
-}
-
-// For hooks.parallel_for: every item alone, in an order that is shuffled.
-static void shuffled_for(void *user, size_t count, void (*task)(void *, size_t, size_t), void *context)
-{
-    uint32_t *order = (uint32_t *)malloc((count + 1) * sizeof *order);
-    uint64_t state = 88172645463325252u;
-    (void)user;
-    for (size_t i = 0; i < count; ++i)
-    {
-        state ^= state << 13, state ^= state >> 7, state ^= state << 17;
-        const size_t k = (size_t)(state % (i + 1));
-        order[i] = order[k];
-        order[k] = (uint32_t)i;
-    }
-    for (size_t i = 0; i < count; ++i)
-        task(context, order[i], (size_t)order[i] + 1);
-    free(order);
 }
 
 static void splitting_changes_no_bit(void)

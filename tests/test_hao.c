@@ -10,6 +10,7 @@
 #define SSS_HAO_IMPLEMENTATION
 #include "../sss_hao.h"
 
+#include "common/bytes.h"
 #include "common/hooks.h"
 #include "common/lit.h"
 #include "common/meshes.h"
@@ -3011,57 +3012,6 @@ static void one_triangle(void)
 
 // ================================================= 6. Relighting =================================================
 
-// For hooks.parallel_for: every item alone, in an order that is shuffled.
-static void shuffled_for(void *user, size_t count, void (*task)(void *, size_t, size_t), void *context)
-{
-    uint32_t *order = (uint32_t *)malloc((count + 1) * sizeof *order);
-    uint64_t state = 88172645463325252u;
-    (void)user;
-    for (size_t i = 0; i < count; ++i)
-    {
-        state ^= state << 13, state ^= state >> 7, state ^= state << 17;
-        const size_t k = (size_t)(state % (i + 1));
-        order[i] = order[k];
-        order[k] = (uint32_t)i;
-    }
-    for (size_t i = 0; i < count; ++i)
-        task(context, order[i], (size_t)order[i] + 1);
-    free(order);
-}
-
-// What sss_hao_save writes.
-typedef struct bytes
-{
-    unsigned char *data;
-    size_t count, room, read;
-    int fail_at; // the write that fails; -1: none
-} bytes;
-
-static int write_bytes(void *user, const void *data, size_t count)
-{
-    bytes *b = (bytes *)user;
-    if (b->fail_at-- == 0)
-        return 1;
-    if (b->count + count > b->room)
-    {
-        b->room = 2 * (b->count + count) + 4096;
-        b->data = (unsigned char *)realloc(b->data, b->room);
-    }
-    memcpy(b->data + b->count, data, count);
-    b->count += count;
-    return 0;
-}
-
-static int read_bytes(void *user, void *data, size_t count)
-{
-    bytes *b = (bytes *)user;
-    if (count > b->count - b->read)
-        return 1;
-    memcpy(data, b->data + b->read, count);
-    b->read += count;
-    return 0;
-}
-
 static bytes saved(const sss_hao *hao)
 {
     bytes b;
@@ -3069,11 +3019,6 @@ static bytes saved(const sss_hao *hao)
     b.fail_at = -1;
     CHECK_EQUAL(sss_hao_save(hao, write_bytes, &b), SSS_OK);
     return b;
-}
-
-static int same_bytes(const bytes *a, const bytes *b)
-{
-    return a->count == b->count && memcmp(a->data, b->data, a->count) == 0;
 }
 
 static void rows_are_split_at_will(void)

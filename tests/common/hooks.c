@@ -99,3 +99,20 @@ sss_hooks ledger_hooks(ledger *l, int with_progress)
     hooks.progress = with_progress ? ledger_progress : NULL;
     return hooks;
 }
+
+void shuffled_for(void *user, size_t count, void (*task)(void *, size_t, size_t), void *context)
+{
+    uint32_t *order = (uint32_t *)malloc((count + 1) * sizeof *order);
+    uint64_t state = 88172645463325252u;
+    (void)user;
+    for (size_t i = 0; i < count; ++i)
+    {
+        state ^= state << 13, state ^= state >> 7, state ^= state << 17;
+        const size_t k = (size_t)(state % (i + 1));
+        order[i] = order[k];
+        order[k] = (uint32_t)i;
+    }
+    for (size_t i = 0; i < count; ++i)
+        task(context, order[i], (size_t)order[i] + 1);
+    free(order);
+}

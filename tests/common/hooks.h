@@ -11,6 +11,9 @@
 // counts the calls.
 void threads_for(void *user, size_t count, void (*task)(void *, size_t, size_t), void *context);
 
+// The same on one thread: every item alone, in an order that is shuffled. user is not read.
+void shuffled_for(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end), void *context);
+
 typedef struct ledger
 {
     int calls;   // of allocate
