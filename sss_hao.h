@@ -572,6 +572,37 @@ SSS_HAO_API const char *sss_hao_glsl(sss_hao_glsl_piece piece);
 #define SSS_HAO__LANES 16    // columns are padded to a multiple, blocks of vertices have as many
 #define SSS_HAO__GROUP 32    // receivers that are summed at once
 
+// ---- instruction sets ----
+
+#if !defined(SSS_HAO_NO_SIMD) && defined(__GNUC__) && defined(__x86_64__)                                              \
+    && !(defined(__MINGW32__) && !defined(__clang__))
+#include <immintrin.h>
+#define SSS_HAO__AVX2
+#define SSS_HAO__TARGET8 __attribute__((target("avx2,fma")))
+#if defined(__OPTIMIZE__) || defined(__clang__) // without optimisation gcc 12 warns inside its own AVX-512 macros
+#define SSS_HAO__AVX512
+#define SSS_HAO__TARGET16 __attribute__((target("avx512f,avx512dq,fma")))
+#endif
+#endif
+
+// Lanes of the widest path that the machine has; 1: plain C.
+static int sss_hao__lanes_here(void)
+{
+#if defined(SSS_HAO__AVX512)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("fma"))
+    {
+        return 16;
+    }
+#endif
+#if defined(SSS_HAO__AVX2)
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    {
+        return 8;
+    }
+#endif
+    return 1;
+}
+
 // ---- memory ----
 // Blocks of one computation, freed together on any way out.
 typedef struct sss_hao__block
@@ -2478,15 +2509,6 @@ static sss_result sss_hao__make_lights(sss_hao__build *b)
 // Beyond the range a cluster is left out where all of it is beyond for all of a group; one that is cut, or a quadrature
 // point near the range, fades out over its own radius: a range shorter than the triangles' radius is kept only so far.
 
-#if !defined(SSS_HAO_NO_SIMD) && defined(__GNUC__) && defined(__x86_64__)                                              \
-    && !(defined(__MINGW32__) && !defined(__clang__))
-#define SSS_HAO__SUMS_AVX2
-#if defined(__OPTIMIZE__) || defined(__clang__) // without optimisation gcc 12 warns inside its own AVX-512 macros
-#define SSS_HAO__SUMS_AVX512
-#endif
-#include <immintrin.h>
-#endif
-
 #define SSS_HAO__LEAF 16       // triangles in a leaf at most
 #define SSS_HAO__PANEL 512     // sources whose kernels are kept before they are multiplied
 #define SSS_HAO__CHUNK 128     // of them multiplied at a time: what of their rows is in use stays in the first cache
@@ -3571,70 +3593,68 @@ static void sss_hao__tile_1(size_t count, const float *kernel, const float *pack
 // ---- the same in wide registers ----
 // Written once, in macros, for two widths N of vectors; a handful of operations differ. They hold 1e-5 against plain C.
 
-#if defined(SSS_HAO__SUMS_AVX2)
-#define SSS_HAO__SUMS_TARGET8 __attribute__((target("avx2,fma")))
-#define SSS_HAO__SUMS_TARGET16 __attribute__((target("avx512f,fma")))
+#if defined(SSS_HAO__AVX2)
 #define SSS_HAO__SUMS_INLINE static inline __attribute__((always_inline))
 
 typedef __m256 sss_hao__s8;
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_set(float x) { return _mm256_set1_ps(x); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_load(const float *x) { return _mm256_loadu_ps(x); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 void sss_hao__s8_store(float *x, __m256 a) { _mm256_storeu_ps(x, a); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_fma(__m256 a, __m256 b, __m256 c)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_set(float x) { return _mm256_set1_ps(x); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_load(const float *x) { return _mm256_loadu_ps(x); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 void sss_hao__s8_store(float *x, __m256 a) { _mm256_storeu_ps(x, a); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_fma(__m256 a, __m256 b, __m256 c)
 {
     return _mm256_fmadd_ps(a, b, c);
 }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_min(__m256 a, __m256 b) { return _mm256_min_ps(a, b); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_max(__m256 a, __m256 b) { return _mm256_max_ps(a, b); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_rsqrt(__m256 a) { return _mm256_rsqrt_ps(a); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_pick(uint32_t bits, __m256 a) // 0 where a bit is
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_min(__m256 a, __m256 b) { return _mm256_min_ps(a, b); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_max(__m256 a, __m256 b) { return _mm256_max_ps(a, b); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_rsqrt(__m256 a) { return _mm256_rsqrt_ps(a); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_pick(uint32_t bits, __m256 a) // 0 where a bit is
 {
     const __m256i bit = _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1);
     const __m256i mine = _mm256_and_si256(_mm256_set1_epi32((int)(bits & 255u)), bit);
     return _mm256_and_ps(a, _mm256_castsi256_ps(_mm256_cmpeq_epi32(mine, bit)));
 }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_round(__m256 a)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_round(__m256 a)
 {
     return _mm256_round_ps(a, _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC);
 }
 // 2^(n - 27), 0 below 2^-126: numbers whose products are no longer normal would be slow, and nobody sees them.
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 __m256 sss_hao__s8_power(__m256 n)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 __m256 sss_hao__s8_power(__m256 n)
 {
     const __m256i bits = _mm256_add_epi32(_mm256_cvtps_epi32(n), _mm256_set1_epi32(100));
     return _mm256_castsi256_ps(_mm256_slli_epi32(_mm256_max_epi32(bits, _mm256_setzero_si256()), 23));
 }
 
-#if defined(SSS_HAO__SUMS_AVX512)
+#if defined(SSS_HAO__AVX512)
 typedef __m512 sss_hao__s16;
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_set(float x) { return _mm512_set1_ps(x); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_load(const float *x) { return _mm512_loadu_ps(x); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 void sss_hao__s16_store(float *x, __m512 a) { _mm512_storeu_ps(x, a); }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_fma(__m512 a, __m512 b, __m512 c)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_set(float x) { return _mm512_set1_ps(x); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_load(const float *x) { return _mm512_loadu_ps(x); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 void sss_hao__s16_store(float *x, __m512 a) { _mm512_storeu_ps(x, a); }
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_fma(__m512 a, __m512 b, __m512 c)
 {
     return _mm512_fmadd_ps(a, b, c);
 }
 // With masks of ones: gcc 12 warns of uninitialised values inside its own macros without.
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_min(__m512 a, __m512 b)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_min(__m512 a, __m512 b)
 {
     return _mm512_maskz_min_ps((__mmask16)0xffff, a, b);
 }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_max(__m512 a, __m512 b)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_max(__m512 a, __m512 b)
 {
     return _mm512_maskz_max_ps((__mmask16)0xffff, a, b);
 }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_rsqrt(__m512 a)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_rsqrt(__m512 a)
 {
     return _mm512_maskz_rsqrt14_ps((__mmask16)0xffff, a);
 }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_pick(uint32_t bits, __m512 a)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_pick(uint32_t bits, __m512 a)
 {
     return _mm512_maskz_mov_ps((__mmask16)(bits & 0xffffu), a);
 }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_round(__m512 a)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_round(__m512 a)
 {
     return _mm512_maskz_roundscale_ps((__mmask16)0xffff, a, 0); // to the nearest integer
 }
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_power(__m512 n)
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 __m512 sss_hao__s16_power(__m512 n)
 {
     const __mmask16 all = (__mmask16)0xffff;
     const __m512i bits = _mm512_add_epi32(_mm512_maskz_cvtps_epi32(all, n), _mm512_set1_epi32(100));
@@ -3646,13 +3666,13 @@ SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_power(__m512 n)
 #define SSS_HAO__POWER_BIAS 134217728.0f // 2^27, what _power leaves out
 
 #define SSS_HAO__SUM_KERNELS(N)                                                                                        \
-    SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET##N sss_hao__s##N sss_hao__s##N##_over_root(sss_hao__s##N a)              \
+    SSS_HAO__SUMS_INLINE SSS_HAO__TARGET##N sss_hao__s##N sss_hao__s##N##_over_root(sss_hao__s##N a)                   \
     {                                                                                                                  \
         const sss_hao__s##N y = sss_hao__s##N##_rsqrt(a); /* one step of Newton's */                                   \
         return y * (sss_hao__s##N##_set(1.5f) - sss_hao__s##N##_set(0.5f) * a * y * y);                                \
     }                                                                                                                  \
     /* e^-x 2^-27 for x in [0, 100]; 2^f on [-1/2, 1/2] as in Moshier's Cephes */                                      \
-    SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET##N sss_hao__s##N sss_hao__s##N##_fall(sss_hao__s##N x)                   \
+    SSS_HAO__SUMS_INLINE SSS_HAO__TARGET##N sss_hao__s##N sss_hao__s##N##_fall(sss_hao__s##N x)                        \
     {                                                                                                                  \
         const sss_hao__s##N y = x * sss_hao__s##N##_set(-1.44269504f);                                                 \
         const sss_hao__s##N n = sss_hao__s##N##_round(y);                                                              \
@@ -3666,7 +3686,7 @@ SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_power(__m512 n)
         p = sss_hao__s##N##_fma(p, f, sss_hao__s##N##_set(1.0f));                                                      \
         return p * sss_hao__s##N##_power(n);                                                                           \
     }                                                                                                                  \
-    SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET##N sss_hao__s##N sss_hao__s##N##_fade(float range, float fade,           \
+    SSS_HAO__SUMS_INLINE SSS_HAO__TARGET##N sss_hao__s##N sss_hao__s##N##_fade(float range, float fade,                \
                                                                                     sss_hao__s##N r2)                  \
     {                                                                                                                  \
         const sss_hao__s##N safe = sss_hao__s##N##_max(r2, sss_hao__s##N##_set(SSS_HAO__NEAREST));                     \
@@ -3676,7 +3696,7 @@ SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_power(__m512 n)
         return sss_hao__s##N##_min(sss_hao__s##N##_max(share, sss_hao__s##N##_set(0.0f)), sss_hao__s##N##_set(1.0f));  \
     }                                                                                                                  \
     /* One source; bend is 0 for a point, x^T covariance x of a cluster */                                             \
-    SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET##N sss_hao__s##N sss_hao__s##N##_R_d(                                    \
+    SSS_HAO__SUMS_INLINE SSS_HAO__TARGET##N sss_hao__s##N sss_hao__s##N##_R_d(                                         \
         const sss_hao__pole *s, sss_hao__s##N r2, sss_hao__s##N bend, int lump)                                      \
     {                                                                                                                  \
         const sss_hao__s##N d2 = r2 + sss_hao__s##N##_set(s->z2);                                                      \
@@ -3696,7 +3716,7 @@ SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_power(__m512 n)
         }                                                                                                              \
         return scale * sum;                                                                                            \
     }                                                                                                                  \
-    static SSS_HAO__SUMS_TARGET##N void sss_hao__points_##N(sss_hao__work *w, const sss_hao__point *points,            \
+    static SSS_HAO__TARGET##N void sss_hao__points_##N(sss_hao__work *w, const sss_hao__point *points,                 \
                                                             size_t count)                                              \
     {                                                                                                                  \
         const size_t channels = w->b->channels;                                                                        \
@@ -3741,7 +3761,7 @@ SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_power(__m512 n)
             }                                                                                                          \
         }                                                                                                              \
     }                                                                                                                  \
-    static SSS_HAO__SUMS_TARGET##N void sss_hao__lumps_##N(sss_hao__work *w)                                           \
+    static SSS_HAO__TARGET##N void sss_hao__lumps_##N(sss_hao__work *w)                                                \
     {                                                                                                                  \
         size_t i, c, lane;                                                                                             \
         for (i = 0; i < w->lumps; i++)                                                                                 \
@@ -3820,12 +3840,12 @@ SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 __m512 sss_hao__s16_power(__m512 n)
 SSS_HAO__SUM_KERNELS(8)
 
 // Four rows of up to 24 columns: 12 sums and what they are made of fit into 16 registers.
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET8 void sss_hao__tile4x8(size_t count, const float *kernel, const float *packed,
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET8 void sss_hao__tile4x8(size_t count, const float *kernel, const float *packed,
                                                                  size_t width, float *const *out, size_t column,
                                                                  int vectors)
 SSS_HAO__TILE_BODY(8, SSS_HAO__ROWS4)
 
-static SSS_HAO__SUMS_TARGET8 void sss_hao__tile_8(size_t count, const float *kernel, const float *packed, size_t width,
+static SSS_HAO__TARGET8 void sss_hao__tile_8(size_t count, const float *kernel, const float *packed, size_t width,
                                                   float *const *out, size_t column)
 {
     if (width == 48)
@@ -3841,16 +3861,16 @@ static SSS_HAO__SUMS_TARGET8 void sss_hao__tile_8(size_t count, const float *ker
     }
 }
 
-#if defined(SSS_HAO__SUMS_AVX512)
+#if defined(SSS_HAO__AVX512)
 SSS_HAO__SUM_KERNELS(16)
 
 // Eight rows of up to 48 columns: 24 sums in 32 registers.
-SSS_HAO__SUMS_INLINE SSS_HAO__SUMS_TARGET16 void sss_hao__tile8x16(size_t count, const float *kernel,
+SSS_HAO__SUMS_INLINE SSS_HAO__TARGET16 void sss_hao__tile8x16(size_t count, const float *kernel,
                                                                    const float *packed, size_t width,
                                                                    float *const *out, size_t column, int vectors)
 SSS_HAO__TILE_BODY(16, SSS_HAO__ROWS8)
 
-static SSS_HAO__SUMS_TARGET16 void sss_hao__tile_16(size_t count, const float *kernel, const float *packed,
+static SSS_HAO__TARGET16 void sss_hao__tile_16(size_t count, const float *kernel, const float *packed,
                                                     size_t width, float *const *out, size_t column)
 {
     if (width == 48)
@@ -3869,33 +3889,16 @@ static SSS_HAO__SUMS_TARGET16 void sss_hao__tile_16(size_t count, const float *k
 #endif
 #endif
 
-static int sss_hao__lanes_here(void)
-{
-#if defined(SSS_HAO__SUMS_AVX512)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("fma"))
-    {
-        return 16;
-    }
-#endif
-#if defined(SSS_HAO__SUMS_AVX2)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    {
-        return 8;
-    }
-#endif
-    return 1;
-}
-
 static void sss_hao__points(sss_hao__work *w, const sss_hao__point *points, size_t count)
 {
-#if defined(SSS_HAO__SUMS_AVX512)
+#if defined(SSS_HAO__AVX512)
     if (w->b->sums->lanes == 16)
     {
         sss_hao__points_16(w, points, count);
         return;
     }
 #endif
-#if defined(SSS_HAO__SUMS_AVX2)
+#if defined(SSS_HAO__AVX2)
     if (w->b->sums->lanes == 8)
     {
         sss_hao__points_8(w, points, count);
@@ -3907,14 +3910,14 @@ static void sss_hao__points(sss_hao__work *w, const sss_hao__point *points, size
 
 static void sss_hao__lumps(sss_hao__work *w)
 {
-#if defined(SSS_HAO__SUMS_AVX512)
+#if defined(SSS_HAO__AVX512)
     if (w->b->sums->lanes == 16)
     {
         sss_hao__lumps_16(w);
         return;
     }
 #endif
-#if defined(SSS_HAO__SUMS_AVX2)
+#if defined(SSS_HAO__AVX2)
     if (w->b->sums->lanes == 8)
     {
         sss_hao__lumps_8(w);
@@ -3928,14 +3931,14 @@ static void sss_hao__lumps(sss_hao__work *w)
 static size_t sss_hao__multiply_tile(const sss_hao__work *w, size_t count, const float *kernel, const float *packed,
                             size_t width, float *const *out, size_t column)
 {
-#if defined(SSS_HAO__SUMS_AVX512)
+#if defined(SSS_HAO__AVX512)
     if (w->b->sums->lanes == 16)
     {
         sss_hao__tile_16(count, kernel, packed, width, out, column);
         return 8;
     }
 #endif
-#if defined(SSS_HAO__SUMS_AVX2)
+#if defined(SSS_HAO__AVX2)
     if (w->b->sums->lanes == 8)
     {
         sss_hao__tile_8(count, kernel, packed, width, out, column);
@@ -7973,38 +7976,6 @@ static void sss_hao__relight_lights(const sss_hao *a, const float *lighting, siz
 // ---- the same for streams of harmonics, in wide registers ----
 // Paths agree within 1e-6 of full scale: they differ in the order of sums and in how often they round.
 
-#if !defined(SSS_HAO_NO_SIMD) && (defined(__GNUC__) || defined(__clang__)) && defined(__x86_64__)                      \
-    && !(defined(__MINGW32__) && !defined(__clang__))
-#define SSS_HAO__STREAM_AVX2
-#if defined(__OPTIMIZE__) || defined(__clang__) // without optimisation gcc 12 warns inside its own AVX-512 macros
-#define SSS_HAO__STREAM_AVX512
-#endif
-#endif
-
-#if defined(SSS_HAO__STREAM_AVX2)
-#include <immintrin.h>
-#define SSS_HAO__STREAM8 __attribute__((target("avx2,fma")))
-#define SSS_HAO__STREAM16 __attribute__((target("avx512f,avx512dq,fma")))
-#endif
-
-// Lanes of the widest path that the machine has; 1: plain C.
-static int sss_hao__stream_lanes(void)
-{
-#if defined(SSS_HAO__STREAM_AVX512)
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("fma"))
-    {
-        return 16;
-    }
-#endif
-#if defined(SSS_HAO__STREAM_AVX2)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    {
-        return 8;
-    }
-#endif
-    return 1;
-}
-
 // Sum over a run of 16-bit codes times weights.
 static float sss_hao__dot_shorts1(const int16_t *codes, const float *weight, size_t count)
 {
@@ -8025,8 +7996,8 @@ static float sss_hao__dot_shorts1(const int16_t *codes, const float *weight, siz
     return rest;
 }
 
-#if defined(SSS_HAO__STREAM_AVX2)
-SSS_HAO__STREAM8 static float sss_hao__dot_shorts8(const int16_t *codes, const float *weight, size_t count)
+#if defined(SSS_HAO__AVX2)
+SSS_HAO__TARGET8 static float sss_hao__dot_shorts8(const int16_t *codes, const float *weight, size_t count)
 {
     __m256 sums[2] = {_mm256_setzero_ps(), _mm256_setzero_ps()};
     float lanes[8], rest;
@@ -8063,7 +8034,7 @@ static void sss_hao__relight_harmonics(const sss_hao *a, int lanes, const float 
             const int16_t *codes = a->harmonic + i * entries + batch.index[0];
             const size_t c = i % a->channels;
             float sum = batch.base[c];
-#if defined(SSS_HAO__STREAM_AVX2)
+#if defined(SSS_HAO__AVX2)
             sum += lanes > 1 ? sss_hao__dot_shorts8(codes, batch.weight[c], batch.count)
                              : sss_hao__dot_shorts1(codes, batch.weight[c], batch.count);
 #else
@@ -8135,8 +8106,8 @@ static void sss_hao__mix1(sss_hao__lit_block *s)
     }
 }
 
-#if defined(SSS_HAO__STREAM_AVX2)
-SSS_HAO__STREAM8 static void sss_hao__residuals8(sss_hao__lit_block *s)
+#if defined(SSS_HAO__AVX2)
+SSS_HAO__TARGET8 static void sss_hao__residuals8(sss_hao__lit_block *s)
 {
     size_t c, k;
     for (c = 0; c < s->channels; c++)
@@ -8158,7 +8129,7 @@ SSS_HAO__STREAM8 static void sss_hao__residuals8(sss_hao__lit_block *s)
 }
 
 // Weights of eight vertices; where they are dark they, and the sums, become zero.
-SSS_HAO__STREAM8 static inline void sss_hao__weights8(sss_hao__lit_block *s, size_t from, float (*w)[SSS_HAO__LANES])
+SSS_HAO__TARGET8 static inline void sss_hao__weights8(sss_hao__lit_block *s, size_t from, float (*w)[SSS_HAO__LANES])
 {
     const __m256i both = _mm256_loadu_si256((const __m256i *)(const void *)(s->weight + from));
     const __m256i first = _mm256_and_si256(both, _mm256_set1_epi32(65535)), second = _mm256_srli_epi32(both, 16);
@@ -8179,7 +8150,7 @@ SSS_HAO__STREAM8 static inline void sss_hao__weights8(sss_hao__lit_block *s, siz
 }
 
 // One vertex: sum is its residual, RGB and 0.
-SSS_HAO__STREAM8 static inline __m128 sss_hao__mix_vertex(const sss_hao__lit_block *s, float (*w)[SSS_HAO__LANES],
+SSS_HAO__TARGET8 static inline __m128 sss_hao__mix_vertex(const sss_hao__lit_block *s, float (*w)[SSS_HAO__LANES],
                                                           size_t i, __m128 sum)
 {
     const float (*references)[4] = s->references;
@@ -8190,7 +8161,7 @@ SSS_HAO__STREAM8 static inline __m128 sss_hao__mix_vertex(const sss_hao__lit_blo
     return _mm_max_ps(sum, _mm_set1_ps(s->floor));
 }
 
-SSS_HAO__STREAM8 static void sss_hao__mix8(sss_hao__lit_block *s)
+SSS_HAO__TARGET8 static void sss_hao__mix8(sss_hao__lit_block *s)
 {
     const __m128 zero = _mm_setzero_ps();
     float w[3][SSS_HAO__LANES];
@@ -8219,16 +8190,16 @@ SSS_HAO__STREAM8 static void sss_hao__mix8(sss_hao__lit_block *s)
 }
 #endif
 
-#if defined(SSS_HAO__STREAM_AVX512)
+#if defined(SSS_HAO__AVX512)
 // Sixteen codes times a weight. Masked forms: gcc 12 warns of the registers that the others leave undefined.
-SSS_HAO__STREAM16 static inline __m512 sss_hao__add_codes16(const unsigned char *at, float weight, __m512 sum)
+SSS_HAO__TARGET16 static inline __m512 sss_hao__add_codes16(const unsigned char *at, float weight, __m512 sum)
 {
     const __mmask16 all = 0xffff;
     const __m512i codes = _mm512_maskz_cvtepu8_epi32(all, _mm_loadu_si128((const __m128i *)(const void *)at));
     return _mm512_fmadd_ps(_mm512_maskz_cvtepi32_ps(all, codes), _mm512_set1_ps(weight), sum);
 }
 
-SSS_HAO__STREAM16 static void sss_hao__residuals16(sss_hao__lit_block *s)
+SSS_HAO__TARGET16 static void sss_hao__residuals16(sss_hao__lit_block *s)
 {
     const sss_hao__batch *batch = s->batch;
     __m512 r = _mm512_set1_ps(batch->base[0]), g = _mm512_set1_ps(batch->base[1]), b = _mm512_set1_ps(batch->base[2]);
@@ -8274,7 +8245,7 @@ static void sss_hao__find_corners(const sss_hao *a, size_t vertex, size_t count,
 // Sums of a block's residuals, then the reference points.
 static void sss_hao__relight_block(int lanes, sss_hao__lit_block *s)
 {
-#if defined(SSS_HAO__STREAM_AVX512)
+#if defined(SSS_HAO__AVX512)
     if (lanes == 16)
     {
         sss_hao__residuals16(s);
@@ -8282,7 +8253,7 @@ static void sss_hao__relight_block(int lanes, sss_hao__lit_block *s)
         return;
     }
 #endif
-#if defined(SSS_HAO__STREAM_AVX2)
+#if defined(SSS_HAO__AVX2)
     if (lanes == 8)
     {
         sss_hao__residuals8(s);
@@ -8383,7 +8354,7 @@ static void sss_hao__relight_lanes(const sss_hao *a, int lanes, const float *lig
 static void sss_hao__relight_rows(const sss_hao *a, const float *lighting, const float *references, size_t begin,
                                   size_t end, float *radiosity)
 {
-    sss_hao__relight_lanes(a, sss_hao__stream_lanes(), lighting, references, begin, end, radiosity);
+    sss_hao__relight_lanes(a, sss_hao__lanes_here(), lighting, references, begin, end, radiosity);
 }
 
 // ============================================== THE OBJECT =============================================
