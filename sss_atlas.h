@@ -5265,11 +5265,8 @@ static void sss_atlas__draw_edge(sss_atlas__packer *p, size_t words, const int32
         if (a[1] <= middle && middle < b[1])
         {
             const double x = sss_atlas__max(low, sss_atlas__min(high, a[0] + (middle - a[1]) * slope));
-            const int32_t cell = (int32_t)ceil(x - 0.5);
-            if (cell < size[0])
-            {
-                p->toggle[(size_t)row * words + (size_t)cell / 64] ^= UINT64_C(1) << (cell % 64);
-            }
+            const int32_t cell = (int32_t)ceil(x - 0.5); // size[0] at most: outside is outside there too, and has room
+            p->toggle[(size_t)row * words + (size_t)cell / 64] ^= UINT64_C(1) << (cell % 64);
         }
     }
 }

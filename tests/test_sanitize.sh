@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.." || exit 1
 . tests/compile/jobs.sh
 limit=${SSS_SANITIZE_SECONDS:-3}
 # Where memory goes wrong: these run in any case.
-always=" every_allocation_may_fail splitting_changes_no_bit edits_end_where_a_fresh_build_ends "
+always=" every_allocation_may_fail splitting_changes_no_bit edits_end_where_a_fresh_build_ends density_sets_the_size "
 out=build/sanitize
 mkdir -p $out
 # Float divisions by zero are defined (IEC 60559) and give infinities that functions check for; the rest stops a test.
