@@ -4,10 +4,12 @@
 # figure5.csv, figure9.csv, numbers.csv, table1.csv, bars.csv, README.md with the tables beside the paper's, figure5.png
 # and figure9.png. The default folder is tests/chart/hao. --quick: to see that it runs. --dragon: the paper's dragon,
 # too, which takes minutes. SSS_MODELS: the folder with horse_14k_v.glb, ../shared/models if unset. What is named
-# (figure5, table1 ...) is measured anew; the rest of the folder stays as it is.
+# (figure5, table1 ...) is measured anew; the rest of the folder stays as it is. --draw in first place: measures nothing.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 top=$here/../..
+draw=0
+if [ "${1:-}" = --draw ]; then draw=1; shift; fi
 out=${1:-$here/hao}
 [ $# = 0 ] || shift
 work=$(mktemp -d)
@@ -15,7 +17,7 @@ trap 'rm -rf "$work"' EXIT
 
 mkdir -p "$out"
 cp "$out"/*.csv "$work/" 2>/dev/null || true
-(cd "$top" && build/tests/chart/hao "$work" "$@")
+[ $draw = 1 ] || (cd "$top" && build/tests/chart/hao "$work" "$@")
 sh "$here/hao/tables.sh" "$work" >"$work/README.md"
 for figure in figure5 figure9; do
     gnuplot -e "work='$work'" "$here/hao/$figure.gp"
