@@ -75,7 +75,7 @@ uint64_t truth_hash(const truth_case *c, const truth_settings *settings);
 
 // Runs the walk. 0 on success.
 int truth_make(const truth_case *c, const walk_light *lights, size_t light_count, const truth_settings *settings,
-               int threads, truth *out);
+               const sss_hooks *hooks, truth *out);
 
 // Relative L2 error over patches, all three channels, weighted by area:
 //   rel_l2^2 = max(0, sum A (B - B_truth)^2 - sum A s^2)/norm^2,   norm^2 = sum A B_truth^2 - sum A s^2,

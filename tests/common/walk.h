@@ -37,20 +37,22 @@ void walk_medium_of(const sss_profile *profile, double g, walk_medium *out);
 typedef enum walk_light_kind
 {
     WALK_DIRECTIONAL = 0, // parallel light
-    WALK_DIFFUSE,         // the same radiance from everywhere: E = color x (1 - F_external)
-    WALK_BEAM             // a pencil of light that enters at one point, for tests of slabs
+    WALK_DIFFUSE,         // radiance color/pi (1 + direction . w) from everywhere: E_v = color (T_0 + T_1 direction . n_v),
+                          // T_k = 2 int F_t mu^(1+k) dmu; enters about the triangles' own normals
+    WALK_BEAM             // a pencil of light that meets one point of the surface, for tests of slabs
 } walk_light_kind;
 
 typedef struct walk_light
 {
     walk_light_kind kind;
-    double direction[3]; // directional, beam: towards the light; any length > 0
-    double color[3];     // directional: W/mm^2 on a plane facing it; diffuse: pi x radiance, W/mm^2; beam: W
+    double direction[3]; // directional, beam: towards the light; any length > 0; a beam with 0: from everywhere
+                         // diffuse: gradient of the radiance, at most 1 long; 0: uniform
+    double color[3];     // directional: W/mm^2 on a plane facing it; diffuse: pi x mean radiance, W/mm^2; beam: W
     const float *mask;   // [V] share of the light at each vertex, linear between, or NULL for 1; not for beams
     size_t triangle;     // beam: where it enters, at the triangle's centroid
 } walk_light;
 
-// An exit: `weight` watts per photon leave at position (mm) through a triangle. Called from many threads, for one batch
+// An exit: `weight` watts leave at position (mm) through a triangle. Called from many threads, for one batch
 // from one thread at a time.
 typedef void (*walk_exit)(void *context, size_t batch, int channel, const double position[3], size_t triangle,
                           double weight);
@@ -60,13 +62,14 @@ typedef struct walk_options
     uint64_t photons;         // per channel; rounded up to a multiple of `batches`
     size_t batches;           // 0: 32; independent samples that give the standard errors, at least 16
     uint64_t seed;
-    int threads;              // 0: all processors; the result does not depend on it
+    const sss_hooks *hooks;   // parallel_for, or NULL: serial; the result does not depend on it
     uint64_t scatterings_max; // 0: no limit; a photon that reaches it ends, its weight counts as cut (a bias, stated)
     const uint32_t *patches;  // [T] patch of each triangle, or NULL: no patches
     size_t patch_count;
     walk_exit exit;           // or NULL
     void *exit_context;
     int channel_first, channel_count; // 0, 0: all three
+    int every_ray;            // 1: a ray for every flight, short and deep ones too; changes no result, only the time
 } walk_options;
 
 // In W for the light given, per channel, each with its standard error over the batches.
@@ -85,7 +88,8 @@ typedef struct walk_result
     double entered[3];  // int E dA, W, exact
     double specular[3]; // reflected at entry, W: int (1 - F_t) cos dA, at vertices; never part of B
     walk_total left[3], absorbed[3], lost[3], cut[3];
-    walk_total path[3]; // mean length of path of light that entered, mm, weighted: sum of weight x length / entered
+    walk_total roulette[3]; // what Russian roulette took less what it gave: 0 on average; closes the balance exactly
+    walk_total path[3]; // mm, mean length of the paths of what entered: sum of weight x length, over what entered
     uint64_t photons[3], scatterings[3], rays[3];
     double seconds;   // wall clock
 } walk_result;
