@@ -6,21 +6,9 @@
 #ifndef SSS_TESTS_CHART_H
 #define SSS_TESTS_CHART_H
 
-#include "../../sss_dipole.h"
-#include "../common/meshes.h"
+#include "cases.h"
 
 #include <stddef.h>
-
-typedef struct chart_case
-{
-    const char *mesh_name, *material_name, *light_name;
-    double size_mm;
-    mesh_data mesh;         // as loaded
-    sss_mesh view;          // of it, with its scale
-    sss_profile profile;
-    sss_dipole_light light; // one light, no shadows
-    float *irradiance;      // [V][3], at the vertices of `mesh`
-} chart_case;
 
 // Receivers: vertices of the case's mesh. A method that stores radiosity at vertices takes the indices, one that
 // gathers anywhere the positions.
@@ -52,11 +40,6 @@ typedef enum chart_reference
     CHART_REFERENCE_COUNT
 } chart_reference;
 
-enum
-{
-    CHART_LEFT_OUT = -1
-};
-
 typedef struct chart_method
 {
     const char *name;
@@ -72,9 +55,6 @@ typedef struct chart_method
     chart_reference reference;
     int (*predict)(chart_run *run); // measures run->error_bound for the present light, outside all times; may be NULL
 } chart_method;
-
-// E of the case's light at a mesh's vertices.   irradiance [V][3] of that mesh
-int chart_irradiance(const chart_case *c, const sss_mesh *mesh, float *irradiance);
 
 extern const chart_method chart_lambert;
 extern const chart_method chart_direct;

@@ -31,7 +31,6 @@ static const chart_method *const methods[] = {&chart_lambert,       &chart_direc
                                               &chart_direct_scalar, &chart_direct_placed, &chart_bem,
                                               &chart_bem_render,    &chart_bem_solid_angle};
 
-static const char *const materials[] = {"Marble", "Skimmilk"};
 // What each reference is, how far it is driven (its own estimate, an upper one, stays below the errors measured), and
 // what draws the picture that others are compared with.
 static const struct
@@ -49,7 +48,6 @@ static const struct
 enum
 {
     METHOD_COUNT = sizeof methods / sizeof methods[0],
-    MATERIAL_COUNT = sizeof materials / sizeof materials[0],
     SIZES_MAX = 8,
     RUNS_MAX = 64
 };
@@ -347,33 +345,6 @@ static int measure(const chart_method *method, size_t variant, const chart_case 
 
 // ---- cases ----
 
-static int make_case(const mesh_data *mesh, const char *material_name, double size_mm, chart_case *c)
-{
-    sss_dipole_material material;
-    sss_dipole_irradiance_options options;
-    memset(c, 0, sizeof *c);
-    memset(&options, 0, sizeof options);
-    c->mesh_name = "bunny";
-    c->material_name = material_name;
-    c->light_name = "directional"; // from (1,1,1), white, no shadows
-    c->size_mm = size_mm;
-    c->mesh = *mesh;
-    c->view = mesh_view(mesh, size_mm / mesh_extent(mesh));
-    c->light.kind = SSS_DIPOLE_LIGHT_DIRECTIONAL;
-    for (int k = 0; k < 3; ++k)
-    {
-        c->light.direction[k] = c->light.color[k] = 1.0;
-    }
-    c->irradiance = (float *)malloc(3 * mesh->vertex_count * sizeof *c->irradiance);
-    if (!c->irradiance || sss_dipole_material_by_name(material_name, &material) != SSS_OK ||
-        sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, &c->profile) != SSS_OK)
-    {
-        return 1;
-    }
-    options.eta = material.eta;
-    return sss_dipole_irradiance(&c->view, &c->light, 1, &options, c->irradiance) != SSS_OK;
-}
-
 // The reference and the best picture of every kind.
 static int make_truths(const chart_case *c, const settings *s, const sss_hooks *hooks, truth *truths)
 {
@@ -390,16 +361,14 @@ static int make_truths(const chart_case *c, const settings *s, const sss_hooks *
     return 0;
 }
 
-static int measure_case(const mesh_data *mesh, const char *material, double size_mm, const settings *s,
-                        const sss_hooks *hooks)
+static int measure_case(const chart_entry *entry, const settings *s, const sss_hooks *hooks)
 {
     chart_case c;
     truth truths[CHART_REFERENCE_COUNT];
     const double start = test_seconds();
     memset(truths, 0, sizeof truths);
-    int failed = make_case(mesh, material, size_mm, &c) != 0 || make_truths(&c, s, hooks, truths) != 0;
-    printf("%s, %g mm: references to %.1e, placed %.1e, guarded %.1e; %.0f s%s\n", material, size_mm,
-           truths[CHART_DISTANCE].error, truths[CHART_PLACED].error, truths[CHART_GUARDED].error,
+    int failed = chart_case_create(entry, s->thin, &c) != 0 || make_truths(&c, s, hooks, truths) != 0;
+    printf("%s: references to %.1e, placed %.1e, guarded %.1e; %.0f s%s\n", c.name, truths[CHART_DISTANCE].error, truths[CHART_PLACED].error, truths[CHART_GUARDED].error,
            test_seconds() - start, failed ? " FAILED" : "");
     for (size_t m = 0; m < METHOD_COUNT && !failed; ++m)
     {
@@ -412,7 +381,7 @@ static int measure_case(const mesh_data *mesh, const char *material, double size
     {
         free_truth(&truths[r]);
     }
-    free(c.irradiance);
+    chart_case_free(&c);
     return failed;
 }
 
@@ -482,7 +451,6 @@ static void on_threads(void *user, size_t count, void (*task)(void *context, siz
 int main(int argc, char **argv)
 {
     settings s = {NULL, 100, 1, 5, 0.1, {10.0, 50.0, 200.0}, 3, SIZE_MAX, 1.0};
-    mesh_data loaded, mesh;
     sss_hooks hooks;
     if (read_arguments(argc, argv, &s) != 0)
     {
@@ -491,25 +459,10 @@ int main(int argc, char **argv)
     memset(&hooks, 0, sizeof hooks);
     hooks.user = &s.threads;
     hooks.parallel_for = on_threads;
-    if (mesh_load_bunny(&loaded) != 0)
-    {
-        fprintf(stderr, "no bunny: install glmark2-data\n");
-        return 1;
-    }
-    if (s.thin > 1.0 ? mesh_decimate(&loaded, s.thin, &mesh) != 0 : mesh_copy(&loaded, &mesh) != 0)
-    {
-        mesh_free(&loaded);
-        return 1;
-    }
     int failed = 0;
-    for (size_t i = 0; i < s.size_count && !failed; ++i)
+    for (size_t i = 0; i < chart_entry_count() && !failed; ++i)
     {
-        for (size_t m = 0; m < MATERIAL_COUNT && !failed; ++m)
-        {
-            failed = measure_case(&mesh, materials[m], s.sizes[i], &s, &hooks);
-        }
+        failed = measure_case(chart_entry_at(i), &s, &hooks);
     }
-    mesh_free(&loaded);
-    mesh_free(&mesh);
     return failed;
 }

@@ -22,14 +22,6 @@ static int lambert_prepare(const chart_case *c, size_t variant, chart_run *run)
     return run->state == NULL;
 }
 
-int chart_irradiance(const chart_case *c, const sss_mesh *mesh, float *irradiance)
-{
-    sss_dipole_irradiance_options options;
-    memset(&options, 0, sizeof options);
-    options.eta = c->profile.eta;
-    return sss_dipole_irradiance(mesh, &c->light, 1, &options, irradiance) != SSS_OK;
-}
-
 static int lambert_relight(const chart_case *c, chart_run *run)
 {
     return chart_irradiance(c, &c->view, (float *)run->state);
