@@ -49,6 +49,7 @@ typedef struct truth
     double *B;         // [P][3] radiosity
     double *B_error;   // [P][3] standard error
     double lost, cut;  // shares of what entered, the worst channel
+    uint64_t scatterings; // that it took, all channels; 0 when read from a file
 } truth;
 
 typedef enum truth_status
@@ -73,7 +74,7 @@ int truth_write(const char *path, const truth_case *c, const char *command, cons
 // WALK_VERSION.
 uint64_t truth_hash(const truth_case *c, const truth_settings *settings);
 
-// Runs the walk. 0 on success.
+// Runs the walk. 0 on success; 1 also where the lights do not give the case's irradiance (1e-4, relative L2 of patches).
 int truth_make(const truth_case *c, const walk_light *lights, size_t light_count, const truth_settings *settings,
                const sss_hooks *hooks, truth *out);
 
@@ -82,7 +83,8 @@ int truth_make(const truth_case *c, const walk_light *lights, size_t light_count
 // with s the standard error of B_truth.
 typedef struct truth_error
 {
-    double rel_l2;         // the variance of the truth's noise is subtracted
+    double rel_l2;         // the variance of the truth's noise is subtracted; infinite where there is only noise
+    double rel_l2_error;   // one standard error of rel_l2, from the truth's noise
     double noise;          // relative L2 norm of the truth's standard errors: what was subtracted
     double rel_l2_rgb[3];  // each channel by itself, over its own norm; 0 where a channel is dark
     double mean_ratio[3];  // flux of B over flux of the truth
