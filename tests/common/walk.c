@@ -348,6 +348,11 @@ static double clearance(const walk_scene *s, const double x[3])
     return rings > 1 ? (double)(rings - 1) * s->cell : 0.0;
 }
 
+static int outside_box(const walk_scene *s, const double x[3])
+{
+    return fabs(x[0]) > s->step - s->low[0] || fabs(x[1]) > s->step - s->low[1] || fabs(x[2]) > s->step - s->low[2];
+}
+
 typedef enum hit
 {
     HIT_NONE, // nothing within the distance
@@ -734,13 +739,14 @@ static void walk_photon(counter *c, photon *p)
             what = cast(c->j->s, c->context, p->x, p->d, flight, p->from, &triangle, &t);
             ++c->steps[1];
         }
-        if (what == HIT_LOST || (what == HIT_NONE && flight == HUGE_VAL))
+        t = what == HIT_FACE ? t : flight;
+        along(p->x, p->d, t, p->x);
+        // Out through a crack, it would scatter outside for ever.
+        if (what == HIT_LOST || (what == HIT_NONE && (flight == HUGE_VAL || outside_box(c->j->s, p->x))))
         {
             c->tally[LOST] += p->weight;
             return;
         }
-        t = what == HIT_FACE ? t : flight;
-        along(p->x, p->d, t, p->x);
         c->tally[PATH] += p->weight * t;
         if (what == HIT_FACE)
         {
