@@ -18,7 +18,7 @@ typedef struct bem
     float *radiosity;  // [V][3]
 } bem;
 
-static const double tolerances[] = {1e-3, 3e-3, 1e-2, 1e-1};
+static const double tolerances[] = {1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
 static const double paper_tolerances[] = {1e-2, 1e-1};
 enum
 {
