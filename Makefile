@@ -4,6 +4,7 @@
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
 #   tests/chart/*.c   -> build/libchart.a    tests/chart/measure/*.c -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
+#   tests/chart/truth/*.c -> build/tests/chart/truth
 #   tests/chart/hao/*.c -> build/tests/chart/hao    tests/stability/hao/*.c -> build/tests/stability/hao
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
@@ -22,6 +23,7 @@ CHART           := $(B)/tests/chart/measure
 MERTENS         := $(B)/tests/chart/mertens
 STABILITY       := $(B)/tests/stability/stability
 CHART_HAO       := $(B)/tests/chart/hao
+TRUTH           := $(B)/tests/chart/truth
 STABILITY_HAO   := $(B)/tests/stability/hao
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
@@ -30,6 +32,7 @@ CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/measure/*.c)
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
+TRUTH_OBJECTS         := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/truth/*.c))
 STABILITY_HAO_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/hao/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
@@ -40,7 +43,7 @@ DRAGON          := $(B)/models/dragon.ply
 .SECONDARY:
 .PHONY: all help demo demo-run test test-run setup chart mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO)
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -147,8 +150,10 @@ $(CHART): $(CHART_OBJECTS)
 $(MERTENS): $(MERTENS_OBJECTS)
 $(STABILITY): $(STABILITY_OBJECTS)
 $(CHART_HAO): $(CHART_HAO_OBJECTS)
+$(TRUTH): $(TRUTH_OBJECTS)
 $(STABILITY_HAO): $(STABILITY_HAO_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO): $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH): $(B)/libchart.a $(B)/libexamples.a \
+        $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 

@@ -87,7 +87,7 @@ typedef struct chart_truth
     double error;          // relative L2 error of the reference's own estimate
     struct picture *best;  // what pictures are compared with; NULL where there is none
     double model_l2;       // of this dipole against the volumetric random walk; negative: not known
-    double model_noise;    // of the walk itself, relative L2
+    double model_noise;    // its standard error, from the noise of the walk
 } chart_truth;
 
 // Every step-th vertex. Returns 0, or nonzero; free in any case.
@@ -105,7 +105,8 @@ void chart_truth_free(chart_truth *t);
 //   B  [rows.count][3]
 void chart_compare(const chart_truth *t, const float *B, double *rel_l2, double *rel_max);
 
-// Sets t->model_l2 and model_noise from a case's radiosity at all vertices, where tests/chart/truth has a walk of it.
+// Sets t->model_l2 and model_noise from a case's radiosity at all vertices, where tests/chart/truth, seen from the current folder,
+// has a walk of it.
 //   B  [V][3] converged, of the dipole that t stands for
 void chart_model_error(const chart_case *c, const float *B, chart_truth *t);
 

@@ -6,6 +6,7 @@
 #include "../../examples/common/threads.h"
 #include "../common/default_guard.h"
 #include "../common/reference.h"
+#include "../common/truth.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -126,7 +127,22 @@ void chart_compare(const chart_truth *t, const float *B, double *rel_l2, double 
 
 void chart_model_error(const chart_case *c, const float *B, chart_truth *t)
 {
-    (void)c;
-    (void)B;
+    const truth_case of = {c->mesh_name, &c->view, &c->profile, c->irradiance, c->light_name};
+    char path[CHART_NAME_SIZE + 32];
+    truth walked;
+    truth_error e;
+    snprintf(path, sizeof path, "tests/chart/truth/%s.csv", c->name);
+    const truth_status status = truth_read(path, &of, &walked);
     t->model_l2 = t->model_noise = -1.0;
+    if (status == TRUTH_OK)
+    {
+        truth_model_error(&walked, &of, B, &e);
+        truth_free(&walked);
+        t->model_l2 = isfinite(e.rel_l2) ? e.rel_l2 : -1.0;
+        t->model_noise = isfinite(e.rel_l2_error) ? e.rel_l2_error : -1.0;
+    }
+    else if (status != TRUTH_NONE)
+    {
+        fprintf(stderr, "%s: %s\n", path, truth_status_string(status));
+    }
 }

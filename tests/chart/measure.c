@@ -12,8 +12,8 @@
 // longer than twenty times S. `predicted` in parameters is the relative L2 error that a method which measures itself
 // predicts for this light.
 // model_l2: the error of this kind of dipole itself, converged, against a volumetric random walk, relative L2 over
-// patches of the surface with the noise of the walk, model_noise, taken out; empty where no walk was made. The same for
-// all methods of a kind, and never mixed with rel_l2.
+// patches of the surface with the variance of the walk taken out; model_noise: its standard error. Empty where no walk
+// was made (tests/chart/truth). The same for all methods of a kind, and never mixed with rel_l2.
 
 #define _POSIX_C_SOURCE 200809L
 
