@@ -2,7 +2,7 @@
 # Sources are found by wildcard: a new example, test or header needs no edit here.
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
-#   tests/chart/*.c   -> build/tests/chart/measure
+#   tests/chart/*.c   -> build/libchart.a    tests/chart/measure/*.c -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
 #   tests/chart/truth/*.c -> build/tests/chart/truth
 #   tests/chart/hao/*.c -> build/tests/chart/hao    tests/stability/hao/*.c -> build/tests/stability/hao
@@ -27,11 +27,12 @@ TRUTH           := $(B)/tests/chart/truth
 STABILITY_HAO   := $(B)/tests/stability/hao
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
-CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
+LIBCHART_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
+CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/measure/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
-TRUTH_OBJECTS         := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/truth/*.c) tests/chart/cases.c)
+TRUTH_OBJECTS         := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/truth/*.c))
 STABILITY_HAO_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/hao/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
@@ -132,8 +133,12 @@ $(B)/libexamples.a: $(EXAMPLE_OBJECTS)
 $(B)/libtests.a: $(TEST_OBJECTS)
 	rm -f $@ && $(AR) rcs $@ $^
 
+# Measuring for the chart, for the program that does it and for bake --chart.
+$(B)/libchart.a: $(LIBCHART_OBJECTS)
+	rm -f $@ && $(AR) rcs $@ $^
+
 # The linker is the C++ one because tinygltf is C++. Examples may measure themselves against tests/common's reference.
-$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libexamples.a $(B)/libtests.a
+$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 
 $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
@@ -147,7 +152,8 @@ $(STABILITY): $(STABILITY_OBJECTS)
 $(CHART_HAO): $(CHART_HAO_OBJECTS)
 $(TRUTH): $(TRUTH_OBJECTS)
 $(STABILITY_HAO): $(STABILITY_HAO_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH): $(B)/libexamples.a $(B)/libtests.a
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH): $(B)/libchart.a $(B)/libexamples.a \
+        $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 

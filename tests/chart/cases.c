@@ -323,6 +323,10 @@ int chart_case_create(const chart_entry *entry, double thin, chart_case *out)
 {
     memset(out, 0, sizeof *out);
     chart_entry_name(entry, out->name);
+    if (thin > 1.0)
+    {
+        snprintf(out->name + strlen(out->name), CHART_NAME_SIZE - strlen(out->name), "-thinned");
+    }
     out->mesh_name = entry->mesh;
     out->material_name = entry->material;
     out->light_name = entry->light;

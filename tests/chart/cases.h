@@ -41,7 +41,7 @@ const chart_entry *chart_entry_by_name(const char *name);
 // A lit object, built from an entry or by somebody else (bake --chart).
 typedef struct chart_case
 {
-    char name[CHART_NAME_SIZE];
+    char name[CHART_NAME_SIZE]; // the entry's, "-thinned" behind it where it is
     const char *mesh_name, *material_name, *light_name;
     double size_mm;
     mesh_data mesh;           // as loaded; owned
