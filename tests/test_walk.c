@@ -81,7 +81,7 @@ static agreement run_layers(size_t first, size_t step, double steps, void (*chan
 static void layers_agree_with_known_values(void)
 {   // Oracle: shared/TRUTH.md, 1.1 to 1.4. With right standard errors, 95 of 100 lie within two; the differences' mean
     // square is 1 and their mean 0, each with its own spread.
-    const agreement a = run_layers(0, 1, 4e5, NULL);
+    const agreement a = run_layers(0, 1, 2e5, NULL);
     const double n = a.count;
     test_note("%d of %d within two standard errors + 0.1 %%, %d within four", a.within, a.count, a.worst_within);
     CHECK_EQUAL(a.worst_within, a.count);
@@ -107,10 +107,10 @@ static void no_reflection(bench_layer *layer)
 
 static void mutated_layers_disagree(void)
 {   // The check above must see an inverted eta, g of the wrong sign and a boundary that does not reflect.
-    agreement a = run_layers(12, 9, 1e5, inverted_eta);
+    agreement a = run_layers(12, 9, 3e4, inverted_eta);
     test_note("inverted eta: mean square %.0f", a.squares / a.count);
     CHECK(a.worst_within < a.count && a.squares / a.count > 10.0);
-    a = run_layers(12, 9, 1e5, no_reflection);
+    a = run_layers(12, 9, 3e4, no_reflection);
     test_note("no boundary: mean square %.0f", a.squares / a.count);
     CHECK(a.worst_within < a.count && a.squares / a.count > 10.0);
     agreement wrong = {0, 0, 0, 0.0, 0.0};
@@ -121,7 +121,7 @@ static void mutated_layers_disagree(void)
         if (layer.g == 0.0)
             continue;
         backward(&layer);
-        CHECK_EQUAL(bench_run(&layer, photons_for(&layer, 1e5), 7, all_threads(), &r), 0);
+        CHECK_EQUAL(bench_run(&layer, photons_for(&layer, 3e4), 7, all_threads(), &r), 0);
         agree(&wrong, r.R, layer.R, layer.digits);
     }
     CHECK(wrong.count >= 8);
@@ -130,7 +130,7 @@ static void mutated_layers_disagree(void)
 
 static void rings_agree_with_mcml(void)
 {   // Oracle: MCML's rings, shared/TRUTH.md, 1.5, and the tolerance that it gives: two standard errors + 0.3 % (0.5 %).
-    static const uint64_t photons[] = {60000, 20000, 15000, 0, 0, 6000}; // A, B, D, H
+    static const uint64_t photons[] = {60000, 16000, 12000, 0, 0, 4000}; // A, B, D, H
     int count = 0, within = 0;
     for (size_t i = 0; i < bench_profile_count; ++i)
     {
@@ -140,7 +140,7 @@ static void rings_agree_with_mcml(void)
             continue;
         test_about("case %s", p->name);
         CHECK_EQUAL(bench_run_profile(p, photons[i], 3, all_threads(), rings), 0);
-        double worst = 0.0, ours = 0.0, theirs = 0.0;
+        double worst = 0.0, ours = 0.0, theirs = 0.0; // the sums: all that leaves
         for (size_t k = 0; k < BENCH_RINGS; ++k)
         {
             // A ring that few photons reach has no standard error of its own: Poisson's, of the flux that is known.
@@ -154,7 +154,7 @@ static void rings_agree_with_mcml(void)
             theirs += p->flux[k];
         }
         CHECK_BELOW(worst, 4.0);
-        CHECK_REL(ours, theirs, 0.02);
+        CHECK_ABS(ours, theirs, 3.5 * sqrt(ours * (1.0 - ours) / (double)photons[i]) + p->allowance * theirs);
     }
     test_note("%d of %d rings within two standard errors", within, count);
     CHECK_BETWEEN(count - within, 0.0, 0.045 * count + 3.0 * sqrt(0.045 * count));
@@ -276,7 +276,7 @@ static void energy_is_conserved(void)
 
 // Oracle: thermal equilibrium. Under the same radiance from everywhere and without absorption, as much leaves as
 // enters, everywhere: B = E on every patch, whatever the shape, phase function and eta.
-static void check_furnace(const body *b, double mfp, double g, double eta, uint64_t photons)
+static void check_furnace(const body *b, double mfp, double g, double eta, uint64_t photons, double lost)
 {
     const double sigma_s[3] = {1.0 / mfp, 0.5 / mfp, 2.0 / mfp}, none[3] = {0.0, 0.0, 0.0};
     const walk_light light = uniform_light();
@@ -301,7 +301,7 @@ static void check_furnace(const body *b, double mfp, double g, double eta, uint6
               worst, r.lost[0].value / r.entered[0]);
     CHECK_BETWEEN(squares / n, 1.0 - 4.5 * sqrt(2.0 / n), 1.0 + 4.5 * sqrt(2.5 / n));
     CHECK_BELOW(worst, 5.0);
-    CHECK_BELOW((r.lost[0].value + r.lost[1].value + r.lost[2].value) / r.entered[0], 1e-4);
+    CHECK_BELOW((r.lost[0].value + r.lost[1].value + r.lost[2].value) / (3.0 * r.entered[0]), lost);
     walk_result_free(&r);
     free(patches);
 }
@@ -338,7 +338,7 @@ static void furnace_and_paths_in_a_ball_and_a_box(void)
     if (sphere_body(3, 10.0, &b) != 0)
         return;
     test_about("ball, isotropic, eta 1.3");
-    check_furnace(&b, 1.0, 0.0, 1.3, 20000);
+    check_furnace(&b, 1.0, 0.0, 1.3, 20000, 0.0);
     check_paths(&b, 1.0, 0.0, 1.3, 20000);
     test_about("ball, g = 0.8, eta 1");
     check_paths(&b, 0.5, 0.8, 1.0, 20000);
@@ -364,8 +364,8 @@ static void furnace_and_paths_in_the_bunny(void)
     if (make_body(&mesh, 50.0, &b) != 0)
         return;
     test_about("bunny");
-    check_furnace(&b, 4.0, 0.0, 1.3, 20000);
-    check_paths(&b, 4.0, 0.5, 1.3, 20000);
+    check_furnace(&b, 4.0, 0.0, 1.3, 16000, 2e-4); // three triangles of its filled hole are folded over: 1e-5 a ray
+    check_paths(&b, 4.0, 0.5, 1.3, 8000);
     free_body(&b);
 }
 
@@ -574,8 +574,52 @@ static void unusable_arguments_are_refused(void)
 
 // ---- Patches ----
 
+static int same_place(const float a[3], const float b[3])
+{
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+static int share_an_edge(const mesh_data *mesh, size_t a, size_t b)
+{
+    int shared = 0;
+    for (size_t i = 0; i < 9; ++i)
+        shared += same_place(mesh->positions + 3 * (size_t)mesh->triangles[3 * a + i / 3],
+                             mesh->positions + 3 * (size_t)mesh->triangles[3 * b + i % 3]);
+    return shared >= 2;
+}
+
+// Connected parts of the patches, by flooding each from its first triangle, pair by pair.
+static size_t components_of(const mesh_data *mesh, const uint32_t *patches)
+{
+    const size_t T = mesh->triangle_count;
+    size_t *const queue = (size_t *)malloc(T * sizeof *queue), components = 0;
+    unsigned char *const met = (unsigned char *)calloc(T, 1);
+    for (size_t first = 0; first < T; ++first)
+    {
+        if (met[first])
+            continue;
+        ++components;
+        met[first] = 1;
+        queue[0] = first;
+        for (size_t head = 0, tail = 1; head < tail; ++head)
+        {
+            for (size_t t = 0; t < T; ++t)
+            {
+                if (!met[t] && patches[t] == patches[first] && share_an_edge(mesh, queue[head], t))
+                {
+                    met[t] = 1;
+                    queue[tail++] = t;
+                }
+            }
+        }
+    }
+    free(queue);
+    free(met);
+    return components;
+}
+
 static void patches_are_even_and_connected(void)
-{   // Oracle: a flood over shared vertices meets every triangle of a patch; areas.
+{   // Oracle: a flood over shared edges meets every triangle of a patch; areas.
     mesh_data mesh;
     if (mesh_sphere(4, 1.0, &mesh) != 0)
         return;
@@ -597,33 +641,7 @@ static void patches_are_even_and_connected(void)
     }
     test_note("areas: %.2f to %.2f of the mean", least * (double)P / sum, most * (double)P / sum);
     CHECK(least * (double)P / sum > 0.5 && most * (double)P / sum < 1.6);
-    // A flood of each patch from its first triangle.
-    unsigned char *const met = (unsigned char *)calloc(T, 1);
-    size_t components = 0;
-    for (size_t first = 0; first < T; ++first)
-    {
-        if (met[first])
-            continue;
-        ++components;
-        met[first] = 1;
-        for (int grew = 1; grew;)
-        {
-            grew = 0;
-            for (size_t a = 0; a < T; ++a)
-            {
-                for (size_t c = 0; c < T && met[a] && patches[a] == patches[first]; ++c)
-                {
-                    int shared = 0;
-                    for (size_t i = 0; i < 9 && !met[c] && patches[c] == patches[first]; ++i)
-                        shared += memcmp(mesh.positions + 3 * mesh.triangles[3 * a + i / 3],
-                                         mesh.positions + 3 * mesh.triangles[3 * c + i % 3], 3 * sizeof(float)) == 0;
-                    if (shared >= 2)
-                        met[c] = 1, grew = 1;
-                }
-            }
-        }
-    }
-    CHECK_EQUAL(components, P);
+    CHECK_EQUAL(components_of(&mesh, patches), P);
     walk_patch_means(&view, patches, P, mesh.positions, means, mm2);
     double balance_of = 0.0;
     for (size_t p = 0; p < P; ++p)
@@ -632,7 +650,6 @@ static void patches_are_even_and_connected(void)
         balance_of += mm2[p] * means[3 * p]; // x over a whole sphere
     }
     CHECK_ABS(balance_of, 0.0, 1e-5 * sum);
-    free(met);
     free(patches);
     mesh_free(&mesh);
 }

@@ -17,7 +17,8 @@ enum
 {
     BATCHES = 32,
     BATCHES_MIN = 16,
-    GRID = 128,      // cells along the longest side of the grid of distances
+    GRID_MAX = 128,  // cells along the longest side of the grid of distances
+    GRID_MIN = 16,
     TALLIES = 6,     // left, absorbed, lost, cut, roulette, path
     RAY_TRIES = 64   // faces seen from outside, at the very start of a ray, that it may pass
 };
@@ -250,7 +251,7 @@ static void spread_line(unsigned char *line, size_t stride, size_t count, unsign
     for (size_t i = 0; i < count; ++i)
     {
         unsigned best = copy[i];
-        for (size_t away = 1; away < best; ++away) // nothing farther than `best` can lower it
+        for (size_t away = 1; away < best && away < count; ++away) // nothing farther than `best` can lower it
         {
             const unsigned below = i >= away ? copy[i - away] : 255u, above = i + away < count ? copy[i + away] : 255u;
             const unsigned least = below < above ? below : above, far = (unsigned)away;
@@ -263,12 +264,14 @@ static void spread_line(unsigned char *line, size_t stride, size_t count, unsign
 static int measure_rings(walk_scene *s, const double extent[3])
 {
     const double longest = fmax(extent[0], fmax(extent[1], extent[2]));
-    unsigned char copy[GRID + 1];
-    s->cell = longest / (double)GRID;
+    // As fine as the triangles deserve: building it must not take longer than the walk.
+    const double grid = fmin(GRID_MAX, fmax(GRID_MIN, ceil(3.0 * cbrt((double)s->T))));
+    unsigned char copy[GRID_MAX + 1];
+    s->cell = longest / grid;
     for (size_t k = 0; k < 3; ++k)
     {
         s->low[k] = -0.5 * extent[k];
-        s->cells[k] = (size_t)fmin((double)GRID, floor(extent[k] / s->cell) + 1.0);
+        s->cells[k] = (size_t)fmin(grid, floor(extent[k] / s->cell) + 1.0);
     }
     const size_t nx = s->cells[0], ny = s->cells[1], nz = s->cells[2];
     s->rings = (unsigned char *)malloc(nx * ny * nz);
