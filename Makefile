@@ -41,7 +41,7 @@ DRAGON          := $(B)/models/dragon.ply
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all help demo demo-run test test-run setup chart mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
+.PHONY: all help demo demo-run test test-run setup chart truth mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
 all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH)
 
@@ -52,6 +52,7 @@ help:
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
 	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
+	@echo "make truth      random walks for the chart's cases whose files are out of date: tests/chart/truth/"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
 	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png, hao/stability_hao.png"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
@@ -91,6 +92,11 @@ chart:
 	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY)
 	sh tests/chart/chart.sh
 	sh tests/chart/atlas.sh
+
+truth:
+	@sh tests/setup.sh test
+	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY) $(DRAGON)
+	sh tests/chart/truth/truth.sh
 
 mertens:
 	@sh tests/setup.sh test

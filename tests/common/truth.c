@@ -341,3 +341,21 @@ void truth_model_error(const truth *t, const truth_case *c, const float *B, trut
         out->mean_ratio[k] = of[k].want > 0.0 ? of[k].flux / of[k].want : 0.0;
     }
 }
+
+int truth_difference(const truth *t, const truth *of, double *rel_l2, double *noise)
+{
+    sums s;
+    memset(&s, 0, sizeof s);
+    if (t->patch_count != of->patch_count)
+        return 1;
+    for (size_t i = 0; i < 3 * of->patch_count; ++i)
+    {
+        const double other = t->B_error[i] * t->B_error[i];
+        add(&s, of->area[i / 3], t->B[i], of->B[i], of->B_error[i]);
+        s.away -= of->area[i / 3] * other;
+        s.noise += of->area[i / 3] * other;
+    }
+    *rel_l2 = relative(&s);
+    *noise = s.truth > 0.0 ? sqrt(s.noise / s.truth) : HUGE_VAL;
+    return 0;
+}

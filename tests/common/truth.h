@@ -74,7 +74,8 @@ int truth_write(const char *path, const truth_case *c, const char *command, cons
 // WALK_VERSION.
 uint64_t truth_hash(const truth_case *c, const truth_settings *settings);
 
-// Runs the walk. 0 on success; 1 also where the lights do not give the case's irradiance (1e-4, relative L2 of patches).
+// Runs the walk. 0 on success; 1 also where the lights do not give the case's irradiance (1e-4, relative L2 over
+// patches).
 int truth_make(const truth_case *c, const walk_light *lights, size_t light_count, const truth_settings *settings,
                const sss_hooks *hooks, truth *out);
 
@@ -89,6 +90,10 @@ typedef struct truth_error
     double rel_l2_rgb[3];  // each channel by itself, over its own norm; 0 where a channel is dark
     double mean_ratio[3];  // flux of B over flux of the truth
 } truth_error;
+
+// How far two truths of one case are from each other, e.g. with and without g: relative L2 over `of`, the noise of both
+// subtracted; noise: what was. The same patches are required: 0 on success.
+int truth_difference(const truth *t, const truth *of, double *rel_l2, double *noise);
 
 // B [V][3] at the vertices of the case's mesh, linear between.
 void truth_model_error(const truth *t, const truth_case *c, const float *B, truth_error *out);

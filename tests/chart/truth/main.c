@@ -4,7 +4,10 @@
 //       writes DIR/CASE.csv, with --g DIR/CASE-gG.csv; DIR is tests/chart/truth. Without --photons a short walk says
 //       how many photons bring the noise down to X (0.015 of the L2 norm), at most N steps in all (4e8). A file that is
 //       there and up to date stays.
-//   build/tests/chart/truth --list            the cases, and which files are there
+//   build/tests/chart/truth --list [--folder DIR]
+//       the cases, and which files are there; fails where one is missing or out of date
+//   build/tests/chart/truth --table [--folder DIR]
+//       what the files hold: a table in Markdown
 //   build/tests/chart/truth --verify OUT.csv [--photons N] [--threads N]
 //       every layer of tests/common/walk_bench.h, and the rings; prints how far off they are in standard errors
 // CASE is a name as --list prints it, e.g. bunny-marble-50-front.
@@ -33,7 +36,7 @@ typedef struct settings
 {
     truth_settings truth;
     double noise, steps;
-    int threads, list, all;
+    int threads, list, table, all;
     const char *folder, *verify;
 } settings;
 
@@ -134,7 +137,8 @@ static int make_file(const chart_case *chart, const truth_case *c, const setting
              chart->name, own.truth.g, (unsigned long long)own.truth.photons, (unsigned long long)own.truth.seed,
              own.truth.patches);
     truth_model_error(&t, c, c->irradiance, &e); // B = E: only for the noise
-    printf("  %llu photons, %zu patches, noise %.4f, lost %.1e, cut %.1e, left/entered %.4f %.4f %.4f, %.2e steps, %.0f s\n",
+    printf("  %llu photons, %zu patches, noise %.4f, lost %.1e, cut %.1e, left/entered %.4f %.4f %.4f, %.2e steps, "
+           "%.0f s\n",
            (unsigned long long)own.truth.photons, t.patch_count, e.noise, t.lost, t.cut, 1.0 / e.mean_ratio[0],
            1.0 / e.mean_ratio[1], 1.0 / e.mean_ratio[2], (double)t.scatterings, test_seconds() - start);
     const int failed = truth_write(path, c, command, &t);
@@ -168,23 +172,62 @@ static int make_case(const chart_entry *entry, const settings *s, const sss_hook
     return failed;
 }
 
-static void list_case(const chart_entry *entry, const settings *s)
+// The file of a case, with the settings' g.
+static truth_status read_file(const chart_case *chart, const settings *s, truth *t)
 {
-    char name[CHART_NAME_SIZE], path[PATH_SIZE];
-    chart_case chart;
-    truth t;
-    chart_entry_name(entry, name);
-    if (chart_case_create(entry, 1.0, &chart) != 0)
+    const truth_case c = {chart->mesh_name, &chart->view, &chart->profile, chart->irradiance, chart->light_name};
+    char path[PATH_SIZE];
+    file_name(s, chart->name, path);
+    return truth_read(path, &c, t);
+}
+
+// A line of a table in Markdown; where there is a file with g = 0.8 too, how far it is from the isotropic one.
+static void table_line(const char *name, const truth *t, const truth *with_g)
+{
+    double entered[3] = {0.0, 0.0, 0.0}, left[3] = {0.0, 0.0, 0.0}, noise = 0.0, norm = 0.0, away, both;
+    for (size_t i = 0; i < 3 * t->patch_count; ++i)
     {
-        printf("%-40s no mesh\n", name);
-        return;
+        const double area = t->area[i / 3];
+        entered[i % 3] += area * t->E[i];
+        left[i % 3] += area * t->B[i];
+        noise += area * t->B_error[i] * t->B_error[i];
+        norm += area * t->B[i] * t->B[i];
     }
-    const truth_case c = {chart.mesh_name, &chart.view, &chart.profile, chart.irradiance, chart.light_name};
-    file_name(s, name, path);
-    const truth_status status = truth_read(path, &c, &t);
-    printf("%-40s %s\n", name, truth_status_string(status));
+    printf("| %s | %.3f | %.3f | %.3f | %llu | %.4f | %.0e | ", name, left[0] / entered[0], left[1] / entered[1],
+           left[2] / entered[2], (unsigned long long)t->settings.photons, sqrt(noise / (norm - noise)), t->lost);
+    if (with_g->B != NULL && truth_difference(with_g, t, &away, &both) == 0)
+        printf("%.3f (noise %.3f) |\n", away, both);
+    else
+        printf("|\n");
+}
+
+// 1 where a file is not up to date.
+static int show_case(const chart_entry *entry, const settings *s)
+{
+    char name[CHART_NAME_SIZE];
+    settings anisotropic = *s;
+    chart_case chart;
+    truth t, with_g;
+    chart_entry_name(entry, name);
+    const int made = chart_case_create(entry, 1.0, &chart);
+    if (made != 0)
+    {
+        if (s->list)
+            printf("%-40s no mesh\n", name);
+        return made != CHART_LEFT_OUT;
+    }
+    const truth_status status = read_file(&chart, s, &t);
+    anisotropic.truth.g = 0.8;
+    const truth_status with_status = read_file(&chart, &anisotropic, &with_g);
+    if (s->list)
+        printf("%-40s %s%s%s\n", name, truth_status_string(status), with_status == TRUTH_NONE ? "" : "; g = 0.8: ",
+               with_status == TRUTH_NONE ? "" : truth_status_string(with_status));
+    else if (status == TRUTH_OK)
+        table_line(name, &t, &with_g);
     truth_free(&t);
+    truth_free(&with_g);
     chart_case_free(&chart);
+    return status != TRUTH_OK || (with_status != TRUTH_OK && with_status != TRUTH_NONE);
 }
 
 // ---- Verification ----
@@ -244,7 +287,8 @@ static int verify_rings(FILE *file, uint64_t photons, const sss_hooks *hooks)
         }
         fflush(file);
     }
-    printf("rings: %d of %d within two standard errors (ours and MCML's) + what MCML is low by (0.3 %%, case H 0.5 %%)\n",
+    printf("rings: %d of %d within two standard errors (ours and MCML's) + what MCML is low by (0.3 %%, case H "
+           "0.5 %%)\n",
            within, count);
     return 0;
 }
@@ -269,8 +313,8 @@ static int verify(const settings *s, const sss_hooks *hooks)
 static int usage(const char *program)
 {
     fprintf(stderr,
-            "usage: %s CASE...|--all|--list|--verify OUT.csv [--g G] [--photons N] [--noise X] [--steps N] [--seed N]\n"
-            "       [--patches N] [--threads N] [--folder DIR]\n",
+            "usage: %s CASE...|--all|--list|--table|--verify OUT.csv [--g G] [--photons N] [--noise X] [--steps N]\n"
+            "       [--seed N] [--patches N] [--threads N] [--folder DIR]\n",
             program);
     return 2;
 }
@@ -304,11 +348,12 @@ static int read_arguments(int argc, char **argv, settings *s)
         if (strncmp(argv[i], "--", 2) != 0) argv[1 + names++] = argv[i];
         else if (strcmp(argv[i], "--all") == 0) s->all = 1;
         else if (strcmp(argv[i], "--list") == 0) s->list = 1;
+        else if (strcmp(argv[i], "--table") == 0) s->table = 1;
         else if (i + 1 >= argc || read_option(argv[i], argv[i + 1], s) != 0) return -1;
         else ++i;
     }
     const int good = fabs(s->truth.g) < 1.0 && s->noise > 0.0 && s->steps > 0.0 && s->truth.patches > 0 &&
-                     s->threads > 0 && (names > 0 || s->all || s->list || s->verify != NULL);
+                     s->threads > 0 && (names > 0 || s->all || s->list || s->table || s->verify != NULL);
     return good ? names : -1;
 }
 
@@ -332,14 +377,12 @@ int main(int argc, char **argv)
     hooks.parallel_for = threads_hook;
     if (s.verify != NULL)
         return verify(&s, &hooks);
-    for (size_t i = 0; i < chart_entry_count() && (s.all || s.list); ++i)
-    {
-        if (s.list)
-            list_case(chart_entry_at(i), &s);
-        else
-            failed |= make_case(chart_entry_at(i), &s, &hooks);
-    }
-    for (int i = 1; i <= names && !s.all && !s.list; ++i)
+    if (s.table)
+        printf("| case | left/entered, red | green | blue | photons a channel | noise | lost | g = 0.8 against 0 |\n"
+               "|---|---|---|---|---|---|---|---|\n");
+    for (size_t i = 0; i < chart_entry_count() && (s.all || s.list || s.table); ++i)
+        failed |= s.all ? make_case(chart_entry_at(i), &s, &hooks) : show_case(chart_entry_at(i), &s);
+    for (int i = 1; i <= names && !s.all && !s.list && !s.table; ++i)
     {
         const chart_entry *const entry = chart_entry_by_name(argv[i]);
         if (entry == NULL)
