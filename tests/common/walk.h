@@ -37,7 +37,7 @@ void walk_medium_of(const sss_profile *profile, double g, walk_medium *out);
 typedef enum walk_light_kind
 {
     WALK_DIRECTIONAL = 0, // parallel light
-    WALK_DIFFUSE,         // radiance color/pi (1 + direction . w) from everywhere: E_v = color (T_0 + T_1 direction.n_v)
+    WALK_DIFFUSE,         // radiance color/pi (1 + direction.w) from everywhere: E_v = color (T_0 + T_1 direction.n_v)
                           // with T_k = 2 int F_t mu^(1+k) dmu; enters about the triangles' own normals
     WALK_BEAM             // a pencil of light that meets one point of the surface, for tests of slabs
 } walk_light_kind;
