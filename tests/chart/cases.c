@@ -146,7 +146,8 @@ static int make_sphere(int levels, mesh_data *out)
     return failed;
 }
 
-// An ear: a sphere flattened to a shell whose thickness is nearly the same up to a round rim, then bent along both axes.
+// An ear: a sphere flattened to a shell whose thickness is nearly the same up to a round rim, then bent along both
+// axes.
 static int make_leaf(int levels, mesh_data *out)
 {
     static const double LENGTH = 1.0, WIDTH = 0.66, THICKNESS = 0.04, BEND = 0.55, CUP = 0.5; // radii of curvature

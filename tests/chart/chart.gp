@@ -39,11 +39,16 @@ do for [p = 1:panel_count] {
         }
     }
     pareto = sprintf("%s/%d-pareto.points", work, p)
-    plot pareto using 1:2 with steps lw 6 lc rgb "#d9d9d9", \
-         for [k = 1:curve_count] file = sprintf("%s/%d-%d.points", work, p, k) \
-             (present(file) ? file : "/dev/null") using 1:2 with linespoints lw 1.5 pt 7 ps 0.5 lc rgb color(k), \
-         for [k = 1:curve_count] file = sprintf("%s/%d-%d.points", work, p, k) \
-             (present(file) ? file : "/dev/null") using 1:2:3:4 with yerrorbars lw 1 pt 7 ps 0.5 lc rgb color(k)
+    command = sprintf("plot '%s' using 1:2 with steps lw 6 lc rgb '#d9d9d9'", pareto)
+    do for [k = 1:curve_count] {
+        file = sprintf("%s/%d-%d.points", work, p, k)
+        if (present(file)) {
+            look = sprintf("lc rgb '%s'", color(k))
+            command = command.sprintf(", '%s' using 1:2 with linespoints lw 1.5 pt 7 ps 0.5 ", file).look
+            command = command.sprintf(", '%s' using 1:2:3:4 with yerrorbars lw 1 pt 7 ps 0 ", file).look
+        }
+    }
+    eval command
 }
 unset arrow
 unset object
