@@ -77,6 +77,15 @@ job "a line measured anew takes the place of the old one, at its place" "
 job_fails "a case that is not there is said so" "CASE=teapot sh tests/chart/chart.sh $out --quick" "no case teapot"
 job_fails "a method that is not there is said so" "METHOD=magic sh tests/chart/chart.sh $out --quick" "no method magic"
 
+# The list.
+build/tests/chart/measure --cases >"$work/names"
+job "the cases have each mesh, each material, each light, and sizes from 1 to 200 mm" "
+    for word in bunny dragon leaf slab sphere cube marble skimmilk skin1 ketchup wholemilk spectralon front side behind \
+                environment edge 1 200; do
+        grep -q -E \"(^|-)\$word(-|$)\" $work/names || { echo \"no \$word\"; exit 1; }
+    done
+    ! sort $work/names | uniq -d | grep ."
+
 # Two runs.
 awk -F, -v OFS=, '$1 == "hao" { $13 *= 1.5 } { print }' "$work/first.csv" >"$work/worse.csv"
 awk -F, -v OFS=, '$1 == "bem-render" { $11 *= 1e6; $18 *= 1e6; $19 *= 1e6 } { print }' "$work/first.csv" \
@@ -109,7 +118,6 @@ for folder in $out tests/chart; do
         "sh tests/chart/markdown.sh $folder/chart.csv | diff - $folder/chart.md"
 done
 job "every case of the list is in the committed chart" "
-    build/tests/chart/measure --cases >$work/names
     awk -F, -f tests/chart/front.awk -f /dev/stdin tests/chart/chart.csv <<'END' | sort -u >$work/there
 NR == 1 { column_names(); next } { print case_name() }
 END
