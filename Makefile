@@ -51,7 +51,8 @@ help:
 	@echo "                bunny's atlases and the light round it: examples/pictures/gallery, bem, atlas, hao.png"
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
-	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
+	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, .svg, .md"
+	@echo "                CASE='bunny-*' METHOD=hao, patterns both, measures part of it anew"
 	@echo "make truth      random walks for the chart's cases whose files are out of date: tests/chart/truth/"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
 	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png, hao/stability_hao.png"
@@ -89,9 +90,9 @@ $(foreach test,$(TESTS) $(SCRIPTS),$(eval $(call one_test,$(test))))
 
 chart:
 	@sh tests/setup.sh test
-	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY)
-	sh tests/chart/chart.sh
-	sh tests/chart/atlas.sh
+	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY) $(DRAGON)
+	CASE='$(CASE)' METHOD='$(METHOD)' sh tests/chart/chart.sh
+	$(if $(CASE)$(METHOD),,sh tests/chart/atlas.sh)
 
 truth:
 	@sh tests/setup.sh test

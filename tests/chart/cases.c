@@ -21,12 +21,12 @@ static const chart_entry entries[] = {
     {"bunny", "Skin1", 50.0, "side"},
     {"bunny", "Wholemilk", 50.0, "environment"},
     {"dragon", "Marble", 100.0, "behind"},
-    {"dragon", "Spectralon", 200.0, "side"},
     {"leaf", "Skin1", 50.0, "behind"},
     {"leaf", "Wholemilk", 20.0, "side"},
     {"leaf", "Ketchup", 100.0, "environment"},
     {"slab", "Skimmilk", 20.0, "behind"},
     {"slab", "Marble", 50.0, "edge"},
+    {"slab", "Spectralon", 100.0, "side"},
     {"sphere", "Skimmilk", 1.0, "front"},
     {"sphere", "Ketchup", 20.0, "side"},
     {"cube", "Spectralon", 5.0, "environment"},
@@ -146,7 +146,8 @@ static int make_sphere(int levels, mesh_data *out)
     return failed;
 }
 
-// An ear: a sphere flattened to a shell whose thickness is nearly the same up to a round rim, then bent along both axes.
+// An ear: a sphere flattened to a shell whose thickness is nearly the same up to a round rim, then bent along both
+// axes.
 static int make_leaf(int levels, mesh_data *out)
 {
     static const double LENGTH = 1.0, WIDTH = 0.66, THICKNESS = 0.04, BEND = 0.55, CUP = 0.5; // radii of curvature

@@ -16,8 +16,11 @@ set format x "%.0e"
 set xlabel "relative L2 error of radiosity"
 set ylabel "frame, ms"
 set grid xtics ytics lt 1 lw 1 lc rgb "#e4e4e4"
-set lmargin 9
-set rmargin 1.5
+set tics nomirror
+unset mxtics
+unset mytics
+set lmargin 11
+set rmargin 2.5
 array colors[12] = ["#777777", "#1b6ca8", "#6fb1e0", "#a9a9a9", "#e07b00", "#b3202c", "#e86a74", "#3a8a3a", "#8fc98f", \
                     "#7b4fa3", "#00929c", "#8a5a2b"]
 array kinds[3] = ["the model's error: distance only", "the model's error: placed", "the model's error: guarded placed"]
@@ -39,11 +42,17 @@ do for [p = 1:panel_count] {
         }
     }
     pareto = sprintf("%s/%d-pareto.points", work, p)
-    plot pareto using 1:2 with steps lw 6 lc rgb "#d9d9d9", \
-         for [k = 1:curve_count] file = sprintf("%s/%d-%d.points", work, p, k) \
-             (present(file) ? file : "/dev/null") using 1:2 with linespoints lw 1.5 pt 7 ps 0.5 lc rgb color(k), \
-         for [k = 1:curve_count] file = sprintf("%s/%d-%d.points", work, p, k) \
-             (present(file) ? file : "/dev/null") using 1:2:3:4 with yerrorbars lw 1 pt 7 ps 0.5 lc rgb color(k)
+    command = sprintf("plot '%s' using 1:2 with steps lw 6 lc rgb '#d9d9d9'", pareto)
+    do for [k = 1:curve_count] {
+        file = sprintf("%s/%d-%d.points", work, p, k)
+        if (present(file)) {
+            look = sprintf("lc rgb '%s'", color(k))
+            spread = "using 1:3:(0):($4 - $3) with vectors nohead lw 1" # from the quickest frame to the slowest
+            command = command.sprintf(", '%s' %s %s", file, spread, look)
+            command = command.sprintf(", '%s' using 1:2 with linespoints lw 1.5 pt 7 ps 0.5 %s", file, look)
+        }
+    }
+    eval command
 }
 unset arrow
 unset object

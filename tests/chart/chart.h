@@ -105,8 +105,8 @@ void chart_truth_free(chart_truth *t);
 //   B  [rows.count][3]
 void chart_compare(const chart_truth *t, const float *B, double *rel_l2, double *rel_max);
 
-// Sets t->model_l2 and model_noise from a case's radiosity at all vertices, where tests/chart/truth, seen from the current folder,
-// has a walk of it.
+// Sets t->model_l2 and model_noise from a case's radiosity at all vertices, where tests/chart/truth, seen from the
+// current folder, has a walk of it.
 //   B  [V][3] converged, of the dipole that t stands for
 void chart_model_error(const chart_case *c, const float *B, chart_truth *t);
 
@@ -119,8 +119,8 @@ typedef struct chart_settings
     int rounds;           // how often runs of the front are made
     double seconds;       // a frame's limit: beyond it every k-th vertex is computed
     size_t variants_max;  // of a method, for a quick look
-    const char *method;   // only methods whose names match this pattern of fnmatch; NULL: all
-    int verbose;          // 1: a line on stdout for each run
+    const char *method;   // only methods whose names match this pattern of fnmatch(); NULL: all
+    FILE *log;            // a line for each run; NULL: none
 } chart_settings;
 
 chart_settings chart_defaults(void);
@@ -131,5 +131,12 @@ extern const char chart_columns[];
 // Runs the methods on a case and writes a line each. What fails is said on stderr, and the rest goes on.
 // Returns 0; 1 where a run failed or nothing was measured.
 int chart_measure(const chart_case *c, const chart_settings *s, FILE *csv);
+
+// The chart of one object: chart.csv, chart.svg and chart.md in a folder, which is made where it is not there, and the
+// tables on stdout. The drawing is done by the scripts of this folder.
+//   program  argv[0] of a program in build/, from where the scripts are found
+//   folder   NULL: only the tables
+// Returns 0; 1 with a message on stderr.
+int chart_write(const chart_case *c, const chart_settings *s, const char *program, const char *folder);
 
 #endif

@@ -1,8 +1,9 @@
 #!/bin/sh
 # Measures the chart, then draws it.      tests/chart/chart.sh [OUT-FOLDER [measure's options...]]
-# CASE and METHOD in the environment are patterns of the shell: only what they match is measured, and takes the place of
-# its lines; the rest of chart.csv stays. Writes chart.csv, chart.svg, chart.png and chart.md. The default folder is this
-# one; README.md's tables are then written too. A case that fails is reported, the others go on; the status is 1 then.
+# CASE and METHOD in the environment are patterns of the shell: only what they match is measured, and takes the place
+# of its lines; the rest of chart.csv stays. Writes chart.csv, chart.svg, chart.png and chart.md. The default folder is
+# this one; README.md's tables are then written too. A case that fails is reported, the others go on; the status is 1
+# then.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 out=${1:-$here}

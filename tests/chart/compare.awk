@@ -66,8 +66,8 @@ END {
     {
         asort_numbers(ratio, ratios)
         asort_numbers(spread, spreads)
-        printf "times of the second over those of the first: median %.2f, from %.2f to %.2f; ", ratio[int((ratios + 1) / 2)],
-               ratio[1], ratio[ratios]
+        printf "times of the second over those of the first: median %.2f, from %.2f to %.2f; ",
+               ratio[int((ratios + 1) / 2)], ratio[1], ratio[ratios]
         printf "frames of a run spread by %.0f %% in the median\n", 100 * spread[int((spreads + 1) / 2)]
     }
     if (!compared) complain("no case is in both files")

@@ -16,7 +16,8 @@ NR == 1 { column_names(); next }
     keep_line()
     curve = curve_of(method[lines], parameters[lines])
     if (!(curve in curves)) { curves[curve] = ++curve_count; label[curve_count] = curve }
-    print error[lines], time[lines], low[lines], high[lines] > (work "/" case_index[of_case[lines]] "-" curves[curve] ".points")
+    points = work "/" case_index[of_case[lines]] "-" curves[curve] ".points"
+    print error[lines], time[lines], low[lines], high[lines] > points
     widen(error[lines], time[lines])
     heading[of_case[lines]] = field("mesh") ", " field("material") ", " field("size_mm") " mm, " field("light")
     # One line of the model's error for each kind of dipole.

@@ -187,10 +187,13 @@ static int scalar_prepare(const chart_case *c, size_t variant, chart_run *run)
 }
 
 const chart_method chart_direct = {"direct", TOLERANCE_COUNT + INTEGRATED_DENSITY_COUNT - 1, direct_prepare,
-                                   direct_relight, direct_radiosity, direct_release, CHART_DISTANCE, NULL, direct_rebuild, NULL};
+                                   direct_relight, direct_radiosity, direct_release, CHART_DISTANCE, NULL,
+                                   direct_rebuild, NULL};
 const chart_method chart_direct_points = {"direct-points", DENSITY_COUNT, points_prepare, direct_relight,
-                                          direct_radiosity, direct_release, CHART_DISTANCE, NULL, direct_rebuild, NULL};
+                                          direct_radiosity, direct_release, CHART_DISTANCE, NULL, direct_rebuild,
+                                          NULL};
 const chart_method chart_direct_scalar = {"direct-scalar", 1, scalar_prepare, direct_relight, direct_radiosity,
                                           direct_release, CHART_DISTANCE, NULL, direct_rebuild, NULL};
 const chart_method chart_direct_placed = {"direct-placed", TOLERANCE_COUNT - 1, placed_prepare, direct_relight,
-                                          direct_radiosity, direct_release, CHART_PLACED, NULL, direct_rebuild, NULL};
+                                          direct_radiosity, direct_release, CHART_PLACED, NULL, direct_rebuild,
+                                          NULL};

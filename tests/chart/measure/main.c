@@ -49,7 +49,7 @@ static int read_arguments(int argc, char **argv, arguments *a)
         {
             a->thin = 40.0;
             a->s.variants_max = 2;
-            a->s.receivers = 40;
+            a->s.receivers = 20;
             continue;
         }
         if (strcmp(argv[i], "--case") == 0) a->cases = value;
@@ -126,6 +126,7 @@ int main(int argc, char **argv)
     {
         return usage(argv[0]);
     }
+    a.s.log = stdout;
     FILE *const csv = fopen(a.out, "w");
     int failed = 0, measured = 0;
     if (!csv)
