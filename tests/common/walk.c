@@ -20,6 +20,7 @@ enum
     GRID_MAX = 128,  // cells along the longest side of the grid of distances
     GRID_MIN = 16,
     TALLIES = 6,     // left, absorbed, lost, cut, roulette, path
+    BOUNCES_MAX = 10000, // reflections in a row: a fold of the mesh without volume keeps light for ever
     RAY_TRIES = 64   // faces seen from outside, at the very start of a ray, that it may pass
 };
 
@@ -731,7 +732,8 @@ static void walk_photon(counter *c, photon *p)
     const double sigma_t = m->sigma_s[c->channel] + m->sigma_a[c->channel];
     const double albedo = sigma_t > 0.0 ? m->sigma_s[c->channel] / sigma_t : 0.0, full = p->weight;
     const uint64_t most = c->j->options->scatterings_max;
-    for (uint64_t scatterings = 0; most == 0 || scatterings < most;)
+    int bounces = 0;
+    for (uint64_t scatterings = 0; (most == 0 || scatterings < most) && bounces < BOUNCES_MAX;)
     {
         const double flight = sigma_t > 0.0 ? -log(uniform(&p->random)) / sigma_t : HUGE_VAL;
         hit what = HIT_NONE;
@@ -755,11 +757,13 @@ static void walk_photon(counter *c, photon *p)
         {
             if (meet_boundary(c, p, triangle))
                 return;
+            ++bounces;
             continue;
         }
         p->from = SIZE_MAX;
         ++c->steps[0];
         ++scatterings;
+        bounces = 0;
         if (scatter(c, p, albedo, full))
             return;
     }
