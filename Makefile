@@ -3,8 +3,8 @@
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
 #   tests/chart/*.c   -> build/tests/chart/measure
-#   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
-#   tests/chart/hao/*.c -> build/tests/chart/hao    tests/stability/hao/*.c -> build/tests/stability/hao
+#   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/chart/hao/*.c -> build/tests/chart/hao
+#   tests/stability/X/*.c with tests/stability/*.c -> build/tests/stability/X
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
 B        := build
@@ -20,16 +20,14 @@ EXAMPLES        := $(patsubst examples/%.c,$(B)/%,$(wildcard examples/*.c))
 TESTS           := $(patsubst tests/%.c,$(B)/tests/%,$(wildcard tests/test_*.c))
 CHART           := $(B)/tests/chart/measure
 MERTENS         := $(B)/tests/chart/mertens
-STABILITY       := $(B)/tests/stability/stability
+STABILITY       := $(patsubst tests/stability/%/,$(B)/tests/stability/%,$(wildcard tests/stability/*/))
 CHART_HAO       := $(B)/tests/chart/hao
-STABILITY_HAO   := $(B)/tests/stability/hao
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
 CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
-STABILITY_HAO_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/hao/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
@@ -39,7 +37,7 @@ DRAGON          := $(B)/models/dragon.ply
 .SECONDARY:
 .PHONY: all help demo demo-run test test-run setup chart mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO)
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -49,7 +47,7 @@ help:
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
 	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
-	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png, hao/stability_hao.png"
+	@echo "make stability  sweeps what breaks each method: tests/stability/README.md, and figures in its folders"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
 	@echo "make setup      installs the Debian packages that all of this needs"
 	@echo "make clean      removes $(B)/"
@@ -97,7 +95,6 @@ stability:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) all
 	sh tests/stability/stability.sh
-	sh tests/stability/hao/stability.sh
 
 # Only the lines between the two markers are replaced, those included.
 sync:
@@ -140,10 +137,12 @@ $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
 # One program from all the sources of a folder. The libraries follow the objects that need them.
 $(CHART): $(CHART_OBJECTS)
 $(MERTENS): $(MERTENS_OBJECTS)
-$(STABILITY): $(STABILITY_OBJECTS)
+define of_stability
+$(B)/tests/stability/$(1): $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/$(1)/*.c)) $(STABILITY_OBJECTS)
+endef
+$(foreach folder,$(notdir $(STABILITY)),$(eval $(call of_stability,$(folder))))
 $(CHART_HAO): $(CHART_HAO_OBJECTS)
-$(STABILITY_HAO): $(STABILITY_HAO_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO): $(B)/libexamples.a $(B)/libtests.a
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO): $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 

@@ -681,6 +681,41 @@ int mesh_weld(const mesh_data *in, mesh_data *out)
     return 0;
 }
 
+int mesh_closed_sphere(int levels, double radius, mesh_data *out)
+{
+    mesh_data octants;
+    memset(out, 0, sizeof *out);
+    if (mesh_sphere(levels, radius, &octants) != 0)
+    {
+        return 1;
+    }
+    const int failed = mesh_weld(&octants, out);
+    mesh_free(&octants);
+    return failed;
+}
+
+int mesh_append(mesh_data *to, const mesh_data *from)
+{
+    mesh_data sum;
+    const size_t V = to->vertex_count, T = to->triangle_count;
+    if (allocate(&sum, V + from->vertex_count, T + from->triangle_count) != 0)
+    {
+        return 1;
+    }
+    memcpy(sum.positions, to->positions, 3 * V * sizeof(float));
+    memcpy(sum.normals, to->normals, 3 * V * sizeof(float));
+    memcpy(sum.triangles, to->triangles, 3 * T * sizeof(uint32_t));
+    memcpy(sum.positions + 3 * V, from->positions, 3 * from->vertex_count * sizeof(float));
+    memcpy(sum.normals + 3 * V, from->normals, 3 * from->vertex_count * sizeof(float));
+    for (size_t i = 0; i < 3 * from->triangle_count; ++i)
+    {
+        sum.triangles[3 * T + i] = from->triangles[i] + (uint32_t)V;
+    }
+    mesh_free(to);
+    *to = sum;
+    return 0;
+}
+
 // ---- Thinned ----
 
 typedef struct cell_of_vertex

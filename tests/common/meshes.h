@@ -53,6 +53,12 @@ int mesh_sheet(int n, int m, void (*point)(double s, double t, double out[3]), m
 // Vertices whose positions agree in every bit become one; triangles stay, in their order.
 int mesh_weld(const mesh_data *in, mesh_data *out);
 
+// mesh_sphere as one closed surface: the octants' vertices welded.
+int mesh_closed_sphere(int levels, double radius, mesh_data *out);
+
+// Adds a mesh to another, normals as they are. Nonzero: `to` is unchanged.
+int mesh_append(mesh_data *to, const mesh_data *from);
+
 // Copies of a number of given vertices and triangles, normals computed.
 int mesh_make(const float *positions, size_t vertex_count, const uint32_t *triangles, size_t triangle_count,
               mesh_data *out);
