@@ -127,6 +127,54 @@ void mesh_vertex_areas(const mesh_data *mesh, double *weights)
     }
 }
 
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// Squared distance of the origin to a + s ab, s in [0, 1].
+static double squared_to_segment(const double a[3], const double b[3])
+{
+    const double ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, length2 = dot(ab, ab);
+    const double s = length2 > 0.0 ? fmin(fmax(-dot(a, ab) / length2, 0.0), 1.0) : 0.0;
+    const double p[3] = {a[0] + s * ab[0], a[1] + s * ab[1], a[2] + s * ab[2]};
+    return dot(p, p);
+}
+
+// Squared distance of the origin to a triangle: to its plane where the origin lies over it, else to an edge.
+static double squared_to_triangle(double p[3][3])
+{
+    double n[3], e[3][3];
+    double nearest = HUGE_VAL;
+    int inside = 1;
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i) e[k][i] = p[(k + 1) % 3][i] - p[k][i];
+    n[0] = e[0][1] * e[1][2] - e[0][2] * e[1][1];
+    n[1] = e[0][2] * e[1][0] - e[0][0] * e[1][2];
+    n[2] = e[0][0] * e[1][1] - e[0][1] * e[1][0];
+    for (int k = 0; k < 3; ++k)
+    {
+        const double outward[3] = {e[k][1] * n[2] - e[k][2] * n[1], e[k][2] * n[0] - e[k][0] * n[2],
+                                   e[k][0] * n[1] - e[k][1] * n[0]};
+        inside &= dot(p[k], outward) > 0.0; // from the corner to the origin: -p
+        nearest = fmin(nearest, squared_to_segment(p[k], p[(k + 1) % 3]));
+    }
+    return inside ? dot(p[0], n) * dot(p[0], n) / dot(n, n) : nearest;
+}
+
+double mesh_distance(const mesh_data *mesh, const double point[3])
+{
+    double nearest = HUGE_VAL;
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+    {
+        double p[3][3];
+        for (size_t i = 0; i < 9; ++i)
+            p[i / 3][i % 3] = (double)mesh->positions[3 * mesh->triangles[3 * t + i / 3] + i % 3] - point[i % 3];
+        nearest = fmin(nearest, squared_to_triangle(p));
+    }
+    return sqrt(nearest);
+}
+
 size_t *mesh_vertices_by_area(const mesh_data *mesh, size_t count)
 {
     double *area = (double *)malloc(mesh->vertex_count * sizeof *area);

@@ -83,6 +83,9 @@ double mesh_triangle_area(const mesh_data *mesh, size_t triangle);
 double mesh_area(const mesh_data *mesh);
 double mesh_mean_edge(const mesh_data *mesh);
 
+// From a point to the nearest triangle, in mesh units.
+double mesh_distance(const mesh_data *mesh, const double point[3]);
+
 // weights[V]: a third of the area of the triangles around each vertex.
 void mesh_vertex_areas(const mesh_data *mesh, double *weights);
 

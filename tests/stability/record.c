@@ -9,19 +9,20 @@ static FILE *g_csv; // NULL: the short version
 row row_of(const char *sweep, const char *series, double x)
 {
     const double none = (double)NAN;
-    const row r = {sweep, series, x, none, none, none, none, none, none, none, none};
+    const row r = {sweep, series, x, none, none, none, none, none, none, none, none, none};
     return r;
 }
 
 void record(const row *r)
 {
-    const double numbers[8] = {r->rel_l2, r->rel_max, r->predicted, r->model, r->input, r->said, r->value, r->ideal};
+    const double numbers[9] = {r->rel_l2, r->rel_max, r->predicted, r->left_out, r->model,
+                               r->input,  r->said,    r->value,     r->ideal};
     if (!g_csv)
     {
         return;
     }
     fprintf(g_csv, "%s,%s,%.6g", r->sweep, r->series, r->x);
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 9; ++i)
     {
         if (isnan(numbers[i])) fprintf(g_csv, ",");
         else fprintf(g_csv, ",%.4g", numbers[i]);
@@ -56,7 +57,7 @@ int record_main(int argc, char **argv, const char *method, const test_case *test
             perror(text);
             return 1;
         }
-        fprintf(g_csv, "sweep,series,x,rel_l2,rel_max,predicted,model,input,said,value,ideal\n");
+        fprintf(g_csv, "sweep,series,x,rel_l2,rel_max,predicted,left_out,model,input,said,value,ideal\n");
         argv[2] = argv[0];
         argv += 2;
         argc -= 2;

@@ -48,6 +48,7 @@ typedef struct solution
     float *B[MOST_SERIES];               // [V][3]
     claim claims[MOST_SERIES];
     outcome outcomes[MOST_SERIES];
+    double left_out[MOST_SERIES];        // share of values that are not compared: see sweeps.c
 } solution;
 
 int solve(const method *m, const scene *s, solution *out);
