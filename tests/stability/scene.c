@@ -99,7 +99,7 @@ int scene_truth(const scene *s, const float *irradiance, const float *normals, s
 
 outcome scene_compare(const scene *s, const float *B, const double *truth, size_t begin, size_t end)
 {
-    outcome r = {0.0, 0.0, 0.0, 1};
+    outcome r = {0.0, 0.0, 0.0, 0.0, 1};
     double sum = 0.0, sum_difference = 0.0, largest = 0.0, largest_difference = 0.0;
     for (size_t i = 0; i < 3 * s->count; ++i)
     {
@@ -121,8 +121,10 @@ outcome scene_compare(const scene *s, const float *B, const double *truth, size_
     r.rel_max = largest_difference / largest;
     for (size_t i = 0; i < 3 * s->mesh.vertex_count; ++i)
     {
-        r.finite = r.finite && isfinite(B[i]) && B[i] >= 0.0f;
+        r.finite = r.finite && isfinite(B[i]);
         r.largest = fmax(r.largest, (double)B[i]);
+        r.smallest = fmin(r.smallest, (double)B[i]);
     }
+    r.finite = r.finite && r.smallest >= -1e-5 * r.largest;
     return r;
 }

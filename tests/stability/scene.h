@@ -44,7 +44,8 @@ typedef struct outcome
 {
     double rel_l2, rel_max; // at receivers [begin, end) over the norm of all of them
     double largest;         // B of any vertex
-    int finite;             // every B of every vertex is, and none is negative
+    double smallest;        // the same, at most 0
+    int finite;             // every B of every vertex is, and none is negative but by rounding
 } outcome;
 
 // B [V][3] against truth [count][3].
