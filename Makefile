@@ -2,8 +2,9 @@
 # Sources are found by wildcard: a new example, test or header needs no edit here.
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
-#   tests/chart/*.c   -> build/tests/chart/measure
+#   tests/chart/*.c   -> build/libchart.a    tests/chart/measure/*.c -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/chart/hao/*.c -> build/tests/chart/hao
+#   tests/chart/truth/*.c -> build/tests/chart/truth
 #   tests/stability/X/*.c with tests/stability/*.c -> build/tests/stability/X
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
@@ -22,12 +23,15 @@ CHART           := $(B)/tests/chart/measure
 MERTENS         := $(B)/tests/chart/mertens
 STABILITY       := $(patsubst tests/stability/%/,$(B)/tests/stability/%,$(wildcard tests/stability/*/))
 CHART_HAO       := $(B)/tests/chart/hao
+TRUTH           := $(B)/tests/chart/truth
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
-CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
+LIBCHART_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
+CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/measure/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
+TRUTH_OBJECTS         := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/truth/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
@@ -37,7 +41,7 @@ DRAGON          := $(B)/models/dragon.ply
 .SECONDARY:
 .PHONY: all help demo demo-run test test-run setup chart mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO)
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -126,8 +130,12 @@ $(B)/libexamples.a: $(EXAMPLE_OBJECTS)
 $(B)/libtests.a: $(TEST_OBJECTS)
 	rm -f $@ && $(AR) rcs $@ $^
 
+# Measuring for the chart, for the program that does it and for bake --chart.
+$(B)/libchart.a: $(LIBCHART_OBJECTS)
+	rm -f $@ && $(AR) rcs $@ $^
+
 # The linker is the C++ one because tinygltf is C++. Examples may measure themselves against tests/common's reference.
-$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libexamples.a $(B)/libtests.a
+$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 
 $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
@@ -142,7 +150,8 @@ $(B)/tests/stability/$(1): $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/
 endef
 $(foreach folder,$(notdir $(STABILITY)),$(eval $(call of_stability,$(folder))))
 $(CHART_HAO): $(CHART_HAO_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO): $(B)/libexamples.a $(B)/libtests.a
+$(TRUTH): $(TRUTH_OBJECTS)
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH): $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 
