@@ -127,6 +127,45 @@ void mesh_vertex_areas(const mesh_data *mesh, double *weights)
     }
 }
 
+typedef struct directed_edge
+{
+    uint32_t low, high;
+    int sign;
+} directed_edge;
+
+static int by_vertices(const void *a, const void *b)
+{
+    const directed_edge *const p = (const directed_edge *)a, *const q = (const directed_edge *)b;
+    if (p->low != q->low) return p->low < q->low ? -1 : 1;
+    return p->high != q->high ? (p->high < q->high ? -1 : 1) : 0;
+}
+
+double mesh_border(const mesh_data *mesh)
+{
+    const size_t count = 3 * mesh->triangle_count;
+    directed_edge *const edges = (directed_edge *)malloc((count + 1) * sizeof *edges);
+    double sum = 0.0;
+    if (edges == NULL) return -1.0;
+    for (size_t c = 0; c < count; ++c)
+    {
+        const uint32_t a = mesh->triangles[c], b = mesh->triangles[c % 3 == 2 ? c - 2 : c + 1];
+        edges[c].low = a < b ? a : b;
+        edges[c].high = a < b ? b : a;
+        edges[c].sign = a < b ? 1 : -1;
+    }
+    qsort(edges, count, sizeof *edges, by_vertices);
+    for (size_t begin = 0, end; begin < count; begin = end)
+    {
+        const float *const p = &mesh->positions[3 * edges[begin].low], *const q = &mesh->positions[3 * edges[begin].high];
+        int sign = 0;
+        for (end = begin; end < count && by_vertices(&edges[begin], &edges[end]) == 0; ++end) sign += edges[end].sign;
+        const double x = (double)p[0] - (double)q[0], y = (double)p[1] - (double)q[1], z = (double)p[2] - (double)q[2];
+        sum += fabs((double)sign) * sqrt(x * x + y * y + z * z);
+    }
+    free(edges);
+    return sum;
+}
+
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

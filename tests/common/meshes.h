@@ -83,6 +83,10 @@ double mesh_triangle_area(const mesh_data *mesh, size_t triangle);
 double mesh_area(const mesh_data *mesh);
 double mesh_mean_edge(const mesh_data *mesh);
 
+// Length of edges without a partner that runs the other way, by sorting them; mesh units. Indices tell what is one
+// edge: weld first. Negative: out of memory.
+double mesh_border(const mesh_data *mesh);
+
 // From a point to the nearest triangle, in mesh units.
 double mesh_distance(const mesh_data *mesh, const double point[3]);
 

@@ -523,6 +523,39 @@ static double difference(const scene *s, const double *B, const double *right)
     return sqrt(sum / norm);
 }
 
+// Whether a vertex's normal looks away from a triangle.
+static int faces_away(const mesh_data *mesh, size_t triangle, uint32_t vertex)
+{
+    double e[2][3];
+    for (size_t k = 0; k < 6; ++k)
+    {
+        e[k / 3][k % 3] = (double)mesh->positions[3 * mesh->triangles[3 * triangle + 1 + k / 3] + k % 3] -
+                          (double)mesh->positions[3 * mesh->triangles[3 * triangle] + k % 3];
+    }
+    const float *const n = &mesh->normals[3 * vertex];
+    return (double)n[0] * (e[0][1] * e[1][2] - e[0][2] * e[1][1]) +
+               (double)n[1] * (e[0][2] * e[1][0] - e[0][0] * e[1][2]) +
+               (double)n[2] * (e[0][0] * e[1][1] - e[0][1] * e[1][0]) <
+           0.0;
+}
+
+// What stats say of the mesh, against what it is: a border's length from below, exact where it is short.
+static void check_claim(const scene *s, const claim *c)
+{
+    const double border = mesh_border(&s->mesh);
+    double area = 0.0, against = 0.0;
+    for (size_t i = 0; i < 3 * s->mesh.triangle_count; ++i)
+    {
+        const double third = mesh_triangle_area(&s->mesh, i / 3) / 3.0;
+        area += third;
+        against += faces_away(&s->mesh, i / 3, s->mesh.triangles[i]) ? third : 0.0;
+    }
+    CHECK_REL(c->edge_paths, mesh_mean_edge(&s->mesh), 1e-5);
+    CHECK_ABS(c->normals_against, against / area, 1e-6);
+    CHECK_BETWEEN(c->border_mm, border > 40.0 ? 0.3 * border : 0.8 * border, border * (1.0 + 1e-5));
+    CHECK_EQUAL(c->border_mm > 0.0, border > 0.0);
+}
+
 // A step whose mesh is not what it should be.   right  the scene that is, with receivers at the same places
 static void faulty_step(const method *m, const char *sweep, double x, scene *s, const scene *right,
                         double (*said)(const claim *c))
@@ -543,6 +576,8 @@ static void faulty_step(const method *m, const char *sweep, double x, scene *s, 
             }
             rows[k].input = difference(s, r.truth[k], truth);
             rows[k].said = said(&r.claims[k]);
+            test_about("%s, %.4g, %s", sweep, x, rows[k].series);
+            check_claim(s, &r.claims[k]);
         }
         keep_rows(m, &r, rows);
         solution_free(&r);
@@ -563,6 +598,12 @@ static double said_against(const claim *c)
 static double said_border(const claim *c)
 {
     return c->border_mm;
+}
+
+static double said_inside_out(const claim *c)
+{
+    CHECK_EQUAL(c->inside_out, 1);
+    return (double)c->inside_out;
 }
 
 // Half of a sphere is dark: everything beyond the plane x = 0.1.
@@ -686,7 +727,7 @@ void sweep_windings(const method *m)
         }
         mesh_compute_normals(&s.mesh);
         CHECK_EQUAL(scene_light(&s, 1.0, 2.0, 3.0), 0);
-        faulty_step(m, "windings", shares[i], &s, &right, said_border);
+        faulty_step(m, "windings", shares[i], &s, &right, i < 4 ? said_border : said_inside_out);
         scene_free(&s);
         scene_free(&right);
     }
