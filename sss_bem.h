@@ -69,6 +69,11 @@
 //   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.7 %, but for
 //     the fingers at a gap of 4 with 1.06 % (predicted as 1.9 %). Single vertices may be off by several times as much:
 //     by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the worst of the bunny's.
+//   * Positions are floats over the diagonal: a mean free path below a millionth of it loses digits, and
+//     stats.predicted_error grows as 1e-9 of the diagonal over the path. Rounding may leave B of dark vertices at -1e-6
+//     of the largest.
+// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- END measured by make stability ----
 //
 
 #ifndef SSS_BEM_H

@@ -86,8 +86,11 @@
 //     reflects 40 % to 190 % too much). It ignores everything between two points: light crosses air gaps.
 // Of the computation:
 //   * Sources placed at a receiver may come to lie on another part of the surface, where the integral grows as
-//     2 pi z/H with the source's height H over it; there the relative error is 6e-8 z/H, from positions in float.
+//     2 pi z/H with the source's height H over it, without a bound; there the relative error is 6e-8 z/H, from
+//     positions in float. sss_bem.h has a guard against it; this gather has none.
 //   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
+// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- END measured by make stability ----
 //
 
 #ifndef SSS_DIPOLE_H
@@ -378,7 +381,8 @@ SSS_DIPOLE_API sss_result sss_dipole_vertex_normals(const sss_mesh *mesh, float 
 typedef enum sss_dipole_geometry
 {
     SSS_DIPOLE_DISTANCE = 0, // R_d depends on |x_o - x_i| only (Hao, Lensch, Chang)
-    SSS_DIPOLE_PLACED        // sources placed at x_o along its normal (Mertens)
+    SSS_DIPOLE_PLACED        // sources placed at x_o along its normal (Mertens); B has no bound in folds and parts
+                             // thinner than z_v: LIMITS
 } sss_dipole_geometry;
 
 // How R_d is evaluated. All agree with the scalar path within stats.path_tolerance.

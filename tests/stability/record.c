@@ -37,7 +37,7 @@ int record_full(void)
 
 int steps_of(int full)
 {
-    return g_csv ? full : 3;
+    return g_csv ? full : 2;
 }
 
 double step_at(int i, int count, double first, double last)

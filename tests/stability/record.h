@@ -34,7 +34,7 @@ void record(const row *r);
 // Whether all steps are wanted.
 int record_full(void);
 
-// Steps of a sweep from `first` to `last` by equal factors; the short version takes the ends and the middle.
+// Steps of a sweep from `first` to `last` by equal factors; the short version takes the ends.
 int steps_of(int full);
 double step_at(int i, int count, double first, double last);
 

