@@ -3,9 +3,9 @@
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
 #   tests/chart/*.c   -> build/libchart.a    tests/chart/measure/*.c -> build/tests/chart/measure
-#   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
+#   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/chart/hao/*.c -> build/tests/chart/hao
 #   tests/chart/truth/*.c -> build/tests/chart/truth
-#   tests/chart/hao/*.c -> build/tests/chart/hao    tests/stability/hao/*.c -> build/tests/stability/hao
+#   tests/stability/X/*.c with tests/stability/*.c -> build/tests/stability/X
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
 B        := build
@@ -21,10 +21,9 @@ EXAMPLES        := $(patsubst examples/%.c,$(B)/%,$(wildcard examples/*.c))
 TESTS           := $(patsubst tests/%.c,$(B)/tests/%,$(wildcard tests/test_*.c))
 CHART           := $(B)/tests/chart/measure
 MERTENS         := $(B)/tests/chart/mertens
-STABILITY       := $(B)/tests/stability/stability
+STABILITY       := $(patsubst tests/stability/%/,$(B)/tests/stability/%,$(wildcard tests/stability/*/))
 CHART_HAO       := $(B)/tests/chart/hao
 TRUTH           := $(B)/tests/chart/truth
-STABILITY_HAO   := $(B)/tests/stability/hao
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
 LIBCHART_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
@@ -33,7 +32,6 @@ MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
 TRUTH_OBJECTS         := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/truth/*.c))
-STABILITY_HAO_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/hao/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
 BUNNY           := $(B)/models/bunny.glb
@@ -43,7 +41,7 @@ DRAGON          := $(B)/models/dragon.ply
 .SECONDARY:
 .PHONY: all help demo demo-run test test-run setup chart truth mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH)
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -55,7 +53,7 @@ help:
 	@echo "                CASE='bunny-*' METHOD=hao, patterns both, measures part of it anew"
 	@echo "make truth      random walks for the chart's cases whose files are out of date: tests/chart/truth/"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
-	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png, hao/stability_hao.png"
+	@echo "make stability  sweeps what breaks each method: tests/stability/README.md, and figures in its folders"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
 	@echo "make setup      installs the Debian packages that all of this needs"
 	@echo "make clean      removes $(B)/"
@@ -108,7 +106,6 @@ stability:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) all
 	sh tests/stability/stability.sh
-	sh tests/stability/hao/stability.sh
 
 # Only the lines between the two markers are replaced, those included.
 sync:
@@ -155,12 +152,13 @@ $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
 # One program from all the sources of a folder. The libraries follow the objects that need them.
 $(CHART): $(CHART_OBJECTS)
 $(MERTENS): $(MERTENS_OBJECTS)
-$(STABILITY): $(STABILITY_OBJECTS)
+define of_stability
+$(B)/tests/stability/$(1): $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/$(1)/*.c)) $(STABILITY_OBJECTS)
+endef
+$(foreach folder,$(notdir $(STABILITY)),$(eval $(call of_stability,$(folder))))
 $(CHART_HAO): $(CHART_HAO_OBJECTS)
 $(TRUTH): $(TRUTH_OBJECTS)
-$(STABILITY_HAO): $(STABILITY_HAO_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH): $(B)/libchart.a $(B)/libexamples.a \
-        $(B)/libtests.a
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH): $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 

@@ -69,6 +69,11 @@
 //   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.7 %, but for
 //     the fingers at a gap of 4 with 1.06 % (predicted as 1.9 %). Single vertices may be off by several times as much:
 //     by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the worst of the bunny's.
+//   * Positions are floats over the diagonal: a mean free path below a millionth of it loses digits, and
+//     stats.predicted_error grows as 1e-9 of the diagonal over the path. Rounding may leave B of dark vertices at -1e-6
+//     of the largest.
+// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- END measured by make stability ----
 //
 
 #ifndef SSS_BEM_H
@@ -280,7 +285,8 @@ typedef struct sss_bem_stats
 {
     double tolerance, guard, epsilon_1, epsilon_2, planarity; // as resolved
     double predicted_error;   // relative L2 error of B: as measured by sss_bem_predict_error for this light, material
-                              // and geometry, and never below the true one; before it was called, the tolerance
+                              // and geometry, and never below the true one; before it was called, the tolerance. Grows
+                              // where the mean free path is below a ten-millionth of the diagonal: LIMITS
     double path_tolerance;    // what this path adds to it against plain C
     sss_bem_oracle oracle;
     sss_bem_path path;
@@ -293,6 +299,14 @@ typedef struct sss_bem_stats
     size_t pending_rows;      // rows whose links are older than geometry or material
     size_t bytes;             // allocated, links included
     size_t link_bytes;        // of these, links
+    // What the mesh is like, and what that does to the result: LIMITS.
+    double edge_paths;        // mean edge in mean free paths 1/sigma_t', of the channel where these are shortest: above
+                              // 1 the light is no longer linear between vertices
+    double longest_edge_paths; // the longest edge, the same way
+    double border_mm;         // edges without a partner that runs the other way, at least: holes, triangles turned
+                              // over, T-junctions. 0: closed
+    double normals_against;   // share of the area at whose corners given normals look away from their triangles
+    int inside_out;           // 1: triangles enclose a negative volume: they look inwards
 } sss_bem_stats;
 
 typedef struct sss_bem sss_bem; // opaque
@@ -362,7 +376,7 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
 
 // ---- 4. Looking inside ----
 
-// What was chosen, and what it costs. SSS_ERROR_INVALID_ARGUMENT: null.
+// What was chosen, and what it costs; looks at the mesh as it is now, O(T). SSS_ERROR_INVALID_ARGUMENT: null.
 SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out);
 
 // A node of the hierarchy. Nodes lie in depth-first order: the subtree of node i is i .. end-1, its first child i+1,
@@ -4590,6 +4604,126 @@ static int sss_bem__has_path(sss_bem_path path)
     return 0;
 }
 
+// ---- what is told of a mesh ----
+
+#define SSS_BEM__BORDER_BINS 512
+#define SSS_BEM__BORDER_ROUNDING 1e-12 // of all edges' length: below this a bin's sum is rounding
+#define SSS_BEM__VOLUME_ROUNDING 1e-6  // of areas times distances: corners are given as float, a sheet encloses nothing
+
+typedef struct sss_bem__condition
+{
+    double bins[SSS_BEM__BORDER_BINS];
+    double edge_sum, longest_edge, border; // lengths in the positions' unit
+    double area, area_against, volume, volume_size; // twice the areas, six times the volumes
+    double center[3];
+} sss_bem__condition;
+
+// An edge's ends in order, by their bits, so that it is the same edge from either side; -0 is 0. 1, -1; 0: no length.
+static int sss_bem__edge_order(const float *p, const float *q, uint64_t *hash)
+{
+    uint32_t bits[6];
+    int i, order = 0;
+    memcpy(bits, p, 3 * sizeof *p);
+    memcpy(bits + 3, q, 3 * sizeof *q);
+    for (i = 0; i < 6; i++)
+    {
+        bits[i] = bits[i] == 0x80000000u ? 0u : bits[i];
+    }
+    for (i = 0; i < 3 && order == 0; i++)
+    {
+        order = bits[i] < bits[3 + i] ? 1 : bits[i] > bits[3 + i] ? -1 : 0;
+    }
+    *hash = 14695981039346656037u; // as FNV-1a, over words, with a shift that brings high bits down
+    for (i = 0; i < 6; i++)
+    {
+        *hash = (*hash ^ bits[order < 0 ? (i + 3) % 6 : i]) * 1099511628211u;
+        *hash ^= *hash >> 29;
+    }
+    return order;
+}
+
+static void sss_bem__inspect_triangle(const float *positions, const float *normals, const uint32_t *v,
+                                      sss_bem__condition *c)
+{
+    double e[3][3], corner[3], cross[3], length;
+    int i, k;
+    for (k = 0; k < 3; k++)
+    {
+        const float *const p = positions + 3 * (size_t)v[k], *const q = positions + 3 * (size_t)v[(k + 1) % 3];
+        uint64_t hash;
+        const int order = sss_bem__edge_order(p, q, &hash);
+        for (i = 0; i < 3; i++)
+        {
+            e[k][i] = (double)q[i] - (double)p[i];
+        }
+        length = sqrt(sss_bem__dot(e[k], e[k]));
+        c->edge_sum += length;
+        c->longest_edge = sss_bem__max(c->longest_edge, length);
+        c->bins[hash % SSS_BEM__BORDER_BINS] += (double)order * length;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        corner[i] = (double)positions[3 * (size_t)v[0] + (size_t)i] - c->center[i];
+    }
+    sss_bem__cross(e[0], e[1], cross);
+    length = sqrt(sss_bem__dot(cross, cross));
+    c->area += length;
+    c->volume += sss_bem__dot(corner, cross);
+    c->volume_size += sqrt(sss_bem__dot(corner, corner)) * length;
+    for (k = 0; k < 3 && normals != NULL; k++)
+    {
+        const float *const n = normals + 3 * (size_t)v[k];
+        const double normal[3] = {(double)n[0], (double)n[1], (double)n[2]};
+        c->area_against += sss_bem__dot(normal, cross) < 0.0 ? length / 3.0 : 0.0;
+    }
+}
+
+// How edges pair up, without a table of edges: each counts with a sign by its direction, into the bin that its place
+// decides. The two sides of an inner edge cancel; what is left in the bins is at most the length of the border, and
+// nearly all of it where there are fewer border edges than bins.
+//   positions  [][3];   normals  [][3] or NULL
+static void sss_bem__inspect(const float *positions, const float *normals, const uint32_t *triangles, size_t count,
+                             sss_bem__condition *c)
+{
+    size_t t, k;
+    memset(c, 0, sizeof *c);
+    for (t = 0; t < 3 * count; t++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            c->center[k] += (double)positions[3 * (size_t)triangles[t] + k] / (3.0 * (double)count);
+        }
+    }
+    for (t = 0; t < count; t++)
+    {
+        sss_bem__inspect_triangle(positions, normals, triangles + 3 * t, c);
+    }
+    for (k = 0; k < SSS_BEM__BORDER_BINS; k++)
+    {
+        c->border += fabs(c->bins[k]) > SSS_BEM__BORDER_ROUNDING * c->edge_sum ? fabs(c->bins[k]) : 0.0;
+    }
+}
+
+// Into the stats.   mm  a unit of the positions
+static void sss_bem__tell_condition(const sss_bem__condition *c, size_t count, double mm, const sss_profile *profile,
+                                    sss_bem_stats *stats)
+{
+    double path = 0.0; // the shortest mean free path of channels that scatter, mm
+    int k;
+    for (k = 0; k < 3; k++)
+    {
+        if (profile->alpha_p[k] > 0.0 && profile->z_r[k] > 0.0 && (path == 0.0 || profile->z_r[k] < path))
+        {
+            path = profile->z_r[k];
+        }
+    }
+    stats->edge_paths = path > 0.0 ? c->edge_sum / (3.0 * (double)count) * mm / path : 0.0;
+    stats->longest_edge_paths = path > 0.0 ? c->longest_edge * mm / path : 0.0;
+    stats->border_mm = c->border * mm;
+    stats->normals_against = c->area > 0.0 ? c->area_against / c->area : 0.0;
+    stats->inside_out = c->volume < -SSS_BEM__VOLUME_ROUNDING * c->volume_size;
+}
+
 static sss_result sss_bem__check_mesh(const sss_mesh *mesh)
 {
     size_t i;
@@ -6630,8 +6764,29 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
 
 // ---- 4. Looking inside ----
 
+// Positions are floats over the diagonal. Where a mean free path is not far above their steps, sources lie beside their
+// places: measured by tests/stability, sweep size, as 5e-10 of the diagonal over the path and 0.24 at most; twice that.
+#define SSS_BEM__SHORT_PATH 1e-9
+#define SSS_BEM__SHORT_PATH_MOST 0.5
+
+static double sss_bem__short_path_error(const sss_bem *bem)
+{
+    double worst = 0.0;
+    int k;
+    for (k = 0; k < 3; k++)
+    {
+        const double path = bem->profile.z_r[k] / bem->mm_per_unit * bem->scale; // over the diagonal
+        if (bem->profile.alpha_p[k] > 0.0)
+        {
+            worst = sss_bem__max(worst, path > 0.0 ? SSS_BEM__SHORT_PATH / path : SSS_BEM__SHORT_PATH_MOST);
+        }
+    }
+    return sss_bem__min(worst, SSS_BEM__SHORT_PATH_MOST);
+}
+
 SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
 {
+    sss_bem__condition condition;
     size_t row;
     int kind;
     if (bem == NULL || out == NULL)
@@ -6639,12 +6794,16 @@ SSS_BEM_API sss_result sss_bem_get_stats(const sss_bem *bem, sss_bem_stats *out)
         return SSS_ERROR_INVALID_ARGUMENT;
     }
     memset(out, 0, sizeof *out);
+    sss_bem__inspect(&bem->position[0][0], bem->own_normals ? NULL : &bem->normal[0][0], bem->triangle,
+                     bem->triangle_count, &condition);
+    sss_bem__tell_condition(&condition, bem->triangle_count, bem->mm_per_unit / bem->scale, &bem->profile, out);
     out->tolerance = bem->options.tolerance;
     out->guard = bem->options.guard;
     out->epsilon_1 = bem->options.epsilon_1;
     out->epsilon_2 = bem->options.epsilon_2;
     out->planarity = bem->options.planarity;
     out->predicted_error = bem->predicted_error >= 0.0 ? bem->predicted_error : bem->options.tolerance;
+    out->predicted_error += sss_bem__short_path_error(bem);
     // An estimate of 1/s off by 2^-14 makes 3 times that of 1/s^3.
     out->path_tolerance = bem->options.path == SSS_BEM_PATH_PORTABLE ? 0.0 : bem->model.rough ? 2e-4 : 1e-5;
     out->oracle = bem->options.oracle;

@@ -86,8 +86,11 @@
 //     reflects 40 % to 190 % too much). It ignores everything between two points: light crosses air gaps.
 // Of the computation:
 //   * Sources placed at a receiver may come to lie on another part of the surface, where the integral grows as
-//     2 pi z/H with the source's height H over it; there the relative error is 6e-8 z/H, from positions in float.
+//     2 pi z/H with the source's height H over it, without a bound; there the relative error is 6e-8 z/H, from
+//     positions in float. sss_bem.h has a guard against it; this gather has none.
 //   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
+// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- END measured by make stability ----
 //
 
 #ifndef SSS_DIPOLE_H
@@ -378,7 +381,8 @@ SSS_DIPOLE_API sss_result sss_dipole_vertex_normals(const sss_mesh *mesh, float 
 typedef enum sss_dipole_geometry
 {
     SSS_DIPOLE_DISTANCE = 0, // R_d depends on |x_o - x_i| only (Hao, Lensch, Chang)
-    SSS_DIPOLE_PLACED        // sources placed at x_o along its normal (Mertens)
+    SSS_DIPOLE_PLACED        // sources placed at x_o along its normal (Mertens); B has no bound in folds and parts
+                             // thinner than z_v: LIMITS
 } sss_dipole_geometry;
 
 // How R_d is evaluated. All agree with the scalar path within stats.path_tolerance.
@@ -412,6 +416,14 @@ typedef struct sss_dipole_gather_stats
     size_t emitter_count;         // triangles or points with an area > 0
     size_t table_entries;         // per table; 0 on the scalar path
     size_t bytes;                 // allocated
+    // What the mesh is like, and what that does to the result: LIMITS.
+    double edge_paths;            // mean edge in mean free paths 1/sigma_t', of the channel where these are shortest:
+                                  // above 1 the light is no longer linear between vertices
+    double longest_edge_paths;    // the longest edge, the same way
+    double border_mm;             // edges without a partner that runs the other way, at least: holes, triangles turned
+                                  // over, T-junctions. 0: closed
+    double normals_against;       // share of the area at whose corners given normals look away from their triangles
+    int inside_out;               // 1: triangles enclose a negative volume: they look inwards
 } sss_dipole_gather_stats;
 
 typedef struct sss_dipole_gather sss_dipole_gather; // prepared emitters; opaque
@@ -1568,6 +1580,126 @@ static sss_result sss_dipole__check_mesh(const sss_mesh *mesh)
         }
     }
     return SSS_OK;
+}
+
+// ---- what is told of a mesh ----
+
+#define SSS_DIPOLE__BORDER_BINS 512
+#define SSS_DIPOLE__BORDER_ROUNDING 1e-12 // of all edges' length: below this a bin's sum is rounding
+#define SSS_DIPOLE__VOLUME_ROUNDING 1e-6  // of areas times distances: positions are float, a sheet encloses nothing
+
+typedef struct sss_dipole__condition
+{
+    double bins[SSS_DIPOLE__BORDER_BINS];
+    double edge_sum, longest_edge, border; // lengths in the positions' unit
+    double area, area_against, volume, volume_size; // twice the areas, six times the volumes
+    double center[3];
+} sss_dipole__condition;
+
+// An edge's ends in order, by their bits, so that it is the same edge from either side; -0 is 0. 1, -1; 0: no length.
+static int sss_dipole__edge_order(const float *p, const float *q, uint64_t *hash)
+{
+    uint32_t bits[6];
+    int i, order = 0;
+    memcpy(bits, p, 3 * sizeof *p);
+    memcpy(bits + 3, q, 3 * sizeof *q);
+    for (i = 0; i < 6; i++)
+    {
+        bits[i] = bits[i] == 0x80000000u ? 0u : bits[i];
+    }
+    for (i = 0; i < 3 && order == 0; i++)
+    {
+        order = bits[i] < bits[3 + i] ? 1 : bits[i] > bits[3 + i] ? -1 : 0;
+    }
+    *hash = 14695981039346656037u; // as FNV-1a, over words, with a shift that brings high bits down
+    for (i = 0; i < 6; i++)
+    {
+        *hash = (*hash ^ bits[order < 0 ? (i + 3) % 6 : i]) * 1099511628211u;
+        *hash ^= *hash >> 29;
+    }
+    return order;
+}
+
+static void sss_dipole__inspect_triangle(const float *positions, const float *normals, const uint32_t *v,
+                                         sss_dipole__condition *c)
+{
+    double e[3][3], corner[3], cross[3], length;
+    int i, k;
+    for (k = 0; k < 3; k++)
+    {
+        const float *const p = positions + 3 * (size_t)v[k], *const q = positions + 3 * (size_t)v[(k + 1) % 3];
+        uint64_t hash;
+        const int order = sss_dipole__edge_order(p, q, &hash);
+        for (i = 0; i < 3; i++)
+        {
+            e[k][i] = (double)q[i] - (double)p[i];
+        }
+        length = sqrt(sss_dipole__dot(e[k], e[k]));
+        c->edge_sum += length;
+        c->longest_edge = sss_dipole__max(c->longest_edge, length);
+        c->bins[hash % SSS_DIPOLE__BORDER_BINS] += (double)order * length;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        corner[i] = (double)positions[3 * (size_t)v[0] + (size_t)i] - c->center[i];
+    }
+    sss_dipole__cross(e[0], e[1], cross);
+    length = sqrt(sss_dipole__dot(cross, cross));
+    c->area += length;
+    c->volume += sss_dipole__dot(corner, cross);
+    c->volume_size += sqrt(sss_dipole__dot(corner, corner)) * length;
+    for (k = 0; k < 3 && normals != NULL; k++)
+    {
+        const float *const n = normals + 3 * (size_t)v[k];
+        const double normal[3] = {(double)n[0], (double)n[1], (double)n[2]};
+        c->area_against += sss_dipole__dot(normal, cross) < 0.0 ? length / 3.0 : 0.0;
+    }
+}
+
+// How edges pair up, without a table of edges: each counts with a sign by its direction, into the bin that its place
+// decides. The two sides of an inner edge cancel; what is left in the bins is at most the length of the border, and
+// nearly all of it where there are fewer border edges than bins.
+//   positions  [][3];   normals  [][3] or NULL
+static void sss_dipole__inspect(const float *positions, const float *normals, const uint32_t *triangles, size_t count,
+                                sss_dipole__condition *c)
+{
+    size_t t, k;
+    memset(c, 0, sizeof *c);
+    for (t = 0; t < 3 * count; t++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            c->center[k] += (double)positions[3 * (size_t)triangles[t] + k] / (3.0 * (double)count);
+        }
+    }
+    for (t = 0; t < count; t++)
+    {
+        sss_dipole__inspect_triangle(positions, normals, triangles + 3 * t, c);
+    }
+    for (k = 0; k < SSS_DIPOLE__BORDER_BINS; k++)
+    {
+        c->border += fabs(c->bins[k]) > SSS_DIPOLE__BORDER_ROUNDING * c->edge_sum ? fabs(c->bins[k]) : 0.0;
+    }
+}
+
+// Into the stats.   mm  a unit of the positions
+static void sss_dipole__tell_condition(const sss_dipole__condition *c, size_t count, double mm,
+                                       const sss_profile *profile, sss_dipole_gather_stats *stats)
+{
+    double path = 0.0; // the shortest mean free path of channels that scatter, mm
+    int k;
+    for (k = 0; k < 3; k++)
+    {
+        if (profile->alpha_p[k] > 0.0 && profile->z_r[k] > 0.0 && (path == 0.0 || profile->z_r[k] < path))
+        {
+            path = profile->z_r[k];
+        }
+    }
+    stats->edge_paths = path > 0.0 ? c->edge_sum / (3.0 * (double)count) * mm / path : 0.0;
+    stats->longest_edge_paths = path > 0.0 ? c->longest_edge * mm / path : 0.0;
+    stats->border_mm = c->border * mm;
+    stats->normals_against = c->area > 0.0 ? c->area_against / c->area : 0.0;
+    stats->inside_out = c->volume < -SSS_DIPOLE__VOLUME_ROUNDING * c->volume_size;
 }
 
 static void sss_dipole__corner(const sss_mesh *mesh, size_t triangle, int corner, double out[3])
@@ -3183,6 +3315,7 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_create(const sss_mesh *mesh, const s
 {
     sss_dipole_gather draft;
     sss_dipole__emitters e = {NULL, NULL, 0, 0.0};
+    sss_dipole__condition condition;
     sss_result result = sss_dipole__check_mesh(mesh);
     if (result == SSS_OK)
     {
@@ -3196,6 +3329,8 @@ SSS_DIPOLE_API sss_result sss_dipole_gather_create(const sss_mesh *mesh, const s
     e.mesh = mesh;
     e.count = mesh->triangle_count;
     e.mm_per_unit = mesh->mm_per_unit;
+    sss_dipole__inspect(mesh->positions, mesh->normals, mesh->triangles, mesh->triangle_count, &condition);
+    sss_dipole__tell_condition(&condition, mesh->triangle_count, mesh->mm_per_unit, profile, &draft.stats);
     return sss_dipole__build(&e, profile, &draft, out);
 }
 

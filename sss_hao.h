@@ -97,6 +97,8 @@
 //     near side, takes most of them: 1.5 % of B between distances 120 and 16 mm (tests/test_hao.c).
 //   * options.range below the size of the triangles nearby reaches as far as these do.
 //   * Slivers a ten-thousandth as wide as long, in a medium whose mean free path lies between, cost 10 ms a vertex.
+// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- END measured by make stability ----
 
 #ifndef SSS_HAO_H
 #define SSS_HAO_H
@@ -322,6 +324,13 @@ typedef struct sss_hao_stats
     size_t bytes;                  // held in all, also what relighting needs
     size_t peak_bytes;             // taken while precomputing
     double bytes_per_vertex;       // (vertices + references + tables)/V: what saving writes, but for a short header
+    // What the mesh is like, and what that does to the result: LIMITS.
+    double edge_paths;             // mean edge in mean free paths 1/sigma_t', of the channel where these are shortest:
+                                   // above 1 the light is no longer linear between vertices
+    double longest_edge_paths;     // the longest edge, the same way
+    double border_mm;              // edges without a partner that runs the other way, at least: holes, triangles turned
+                                   // over, T-junctions. 0: closed
+    double normals_against;        // share of the area at whose corners given normals look away from their triangles
 } sss_hao_stats;
 
 typedef struct sss_hao sss_hao; // opaque
@@ -8675,25 +8684,127 @@ SSS_HAO_API sss_result sss_hao_hash(const sss_mesh *mesh, const sss_profile *pro
     return SSS_OK;
 }
 
-// ---- the mesh ----
+// ---- what is told of a mesh ----
 
-#define SSS_HAO__VOLUME_ROUNDING 1e-6 // of areas times distances: corners are given as float, a sheet encloses nothing
+#define SSS_HAO__BORDER_BINS 512
+#define SSS_HAO__BORDER_ROUNDING 1e-12 // of all edges' length: below this a bin's sum is rounding
+#define SSS_HAO__VOLUME_ROUNDING 1e-6  // of areas times distances: corners are given as float, a sheet encloses nothing
 
-// Whether triangles face inwards, by the sign of the volume that they enclose: tetrahedra from the center.
-static int sss_hao__is_inside_out(const sss_hao__build *b)
+typedef struct sss_hao__condition
 {
-    double sum = 0.0, size = 0.0;
-    size_t t;
-    for (t = 0; t < b->triangle_count; t++)
+    double bins[SSS_HAO__BORDER_BINS];
+    double edge_sum, longest_edge, border; // lengths in the positions' unit
+    double area, area_against, volume, volume_size; // twice the areas, six times the volumes
+    double center[3];
+} sss_hao__condition;
+
+// An edge's ends in order, by their bits, so that it is the same edge from either side; -0 is 0. 1, -1; 0: no length.
+static int sss_hao__edge_order(const float *p, const float *q, uint64_t *hash)
+{
+    uint32_t bits[6];
+    int i, order = 0;
+    memcpy(bits, p, 3 * sizeof *p);
+    memcpy(bits + 3, q, 3 * sizeof *q);
+    for (i = 0; i < 6; i++)
     {
-        const uint32_t *v = b->triangles + 3 * t;
-        double cross[3];
-        sss_hao__cross(b->x[v[1]], b->x[v[2]], cross);
-        sum += sss_hao__dot(b->x[v[0]], cross);
-        size += sss_hao__length(b->x[v[0]]) * sss_hao__length(cross);
+        bits[i] = bits[i] == 0x80000000u ? 0u : bits[i];
     }
-    return sum < -SSS_HAO__VOLUME_ROUNDING * size;
+    for (i = 0; i < 3 && order == 0; i++)
+    {
+        order = bits[i] < bits[3 + i] ? 1 : bits[i] > bits[3 + i] ? -1 : 0;
+    }
+    *hash = 14695981039346656037u; // as FNV-1a, over words, with a shift that brings high bits down
+    for (i = 0; i < 6; i++)
+    {
+        *hash = (*hash ^ bits[order < 0 ? (i + 3) % 6 : i]) * 1099511628211u;
+        *hash ^= *hash >> 29;
+    }
+    return order;
 }
+
+static void sss_hao__inspect_triangle(const float *positions, const float *normals, const uint32_t *v,
+                                      sss_hao__condition *c)
+{
+    double e[3][3], corner[3], cross[3], length;
+    int i, k;
+    for (k = 0; k < 3; k++)
+    {
+        const float *const p = positions + 3 * (size_t)v[k], *const q = positions + 3 * (size_t)v[(k + 1) % 3];
+        uint64_t hash;
+        const int order = sss_hao__edge_order(p, q, &hash);
+        for (i = 0; i < 3; i++)
+        {
+            e[k][i] = (double)q[i] - (double)p[i];
+        }
+        length = sqrt(sss_hao__dot(e[k], e[k]));
+        c->edge_sum += length;
+        c->longest_edge = sss_hao__max(c->longest_edge, length);
+        c->bins[hash % SSS_HAO__BORDER_BINS] += (double)order * length;
+    }
+    for (i = 0; i < 3; i++)
+    {
+        corner[i] = (double)positions[3 * (size_t)v[0] + (size_t)i] - c->center[i];
+    }
+    sss_hao__cross(e[0], e[1], cross);
+    length = sqrt(sss_hao__dot(cross, cross));
+    c->area += length;
+    c->volume += sss_hao__dot(corner, cross);
+    c->volume_size += sqrt(sss_hao__dot(corner, corner)) * length;
+    for (k = 0; k < 3 && normals != NULL; k++)
+    {
+        const float *const n = normals + 3 * (size_t)v[k];
+        const double normal[3] = {(double)n[0], (double)n[1], (double)n[2]};
+        c->area_against += sss_hao__dot(normal, cross) < 0.0 ? length / 3.0 : 0.0;
+    }
+}
+
+// How edges pair up, without a table of edges: each counts with a sign by its direction, into the bin that its place
+// decides. The two sides of an inner edge cancel; what is left in the bins is at most the length of the border, and
+// nearly all of it where there are fewer border edges than bins.
+//   positions  [][3];   normals  [][3] or NULL
+static void sss_hao__inspect(const float *positions, const float *normals, const uint32_t *triangles, size_t count,
+                             sss_hao__condition *c)
+{
+    size_t t, k;
+    memset(c, 0, sizeof *c);
+    for (t = 0; t < 3 * count; t++)
+    {
+        for (k = 0; k < 3; k++)
+        {
+            c->center[k] += (double)positions[3 * (size_t)triangles[t] + k] / (3.0 * (double)count);
+        }
+    }
+    for (t = 0; t < count; t++)
+    {
+        sss_hao__inspect_triangle(positions, normals, triangles + 3 * t, c);
+    }
+    for (k = 0; k < SSS_HAO__BORDER_BINS; k++)
+    {
+        c->border += fabs(c->bins[k]) > SSS_HAO__BORDER_ROUNDING * c->edge_sum ? fabs(c->bins[k]) : 0.0;
+    }
+}
+
+// Into the stats.   mm  a unit of the positions
+static void sss_hao__tell_condition(const sss_hao__condition *c, size_t count, double mm, const sss_profile *profile,
+                                    sss_hao_stats *stats)
+{
+    double path = 0.0; // the shortest mean free path of channels that scatter, mm
+    int k;
+    for (k = 0; k < 3; k++)
+    {
+        if (profile->alpha_p[k] > 0.0 && profile->z_r[k] > 0.0 && (path == 0.0 || profile->z_r[k] < path))
+        {
+            path = profile->z_r[k];
+        }
+    }
+    stats->edge_paths = path > 0.0 ? c->edge_sum / (3.0 * (double)count) * mm / path : 0.0;
+    stats->longest_edge_paths = path > 0.0 ? c->longest_edge * mm / path : 0.0;
+    stats->border_mm = c->border * mm;
+    stats->normals_against = c->area > 0.0 ? c->area_against / c->area : 0.0;
+    stats->inside_out = c->volume < -SSS_HAO__VOLUME_ROUNDING * c->volume_size;
+}
+
+// ---- the mesh ----
 
 // Moves the mesh to the center of its box and scales it by a power of two, which rounds nothing, to a diagonal in
 // [1, 2): powers of lengths stay far from both ends of double, whatever the unit. The box is that of the triangles:
@@ -8735,7 +8846,6 @@ static sss_result sss_hao__set_frame(sss_hao__build *b, const sss_mesh *mesh)
     {
         radius = sss_hao__max(radius, sss_hao__length(b->x[mesh->triangles[i]]));
     }
-    b->stats.inside_out = sss_hao__is_inside_out(b);
     memcpy(b->stats.center, b->center, sizeof b->center);
     b->stats.bounding_radius = radius * b->mm;
     return SSS_OK;
@@ -9263,6 +9373,7 @@ static sss_result sss_hao__settle_order(sss_hao__memory *m, const sss_hao__set *
 static sss_result sss_hao__prepare(sss_hao__build *b, const sss_mesh *mesh, const sss_profile *profile, int asked)
 {
     const sss_hao_options *o = &b->options;
+    sss_hao__condition condition;
     sss_result result = sss_hao__set_frame(b, mesh);
     result = result == SSS_OK ? sss_hao__set_areas(b) : result;
     result = result == SSS_OK ? sss_hao__set_normals(b, mesh->normals) : result;
@@ -9272,6 +9383,8 @@ static sss_result sss_hao__prepare(sss_hao__build *b, const sss_mesh *mesh, cons
         result = SSS_ERROR_INVALID_ARGUMENT; // section 3.3: between light and mesh there must be nothing
     }
     sss_hao__set_profile(b, profile);
+    sss_hao__inspect(mesh->positions, mesh->normals, mesh->triangles, mesh->triangle_count, &condition);
+    sss_hao__tell_condition(&condition, mesh->triangle_count, mesh->mm_per_unit, profile, &b->stats);
     result = result == SSS_OK ? sss_hao__make_set(&b->memory, o, &b->set) : result;
     if (result == SSS_OK && b->options.order > 0)
     {
@@ -9873,7 +9986,7 @@ SSS_HAO_API sss_result sss_hao_relight_rows(const sss_hao *hao, const float *lig
 
 #define SSS_HAO__MAGIC_LOW 0x48535353u  // "SSSH"
 #define SSS_HAO__MAGIC_HIGH 0x20204f41u // "AO  "
-#define SSS_HAO__FORMAT 1u
+#define SSS_HAO__FORMAT 2u
 #define SSS_HAO__ENDIAN 0x01020304u
 #define SSS_HAO__STREAM_BYTES 16384     // handed to the callbacks at a time, at most
 #define SSS_HAO__LOAD_BYTES 1048576     // first allocated for an array that is read: it grows only with what comes
@@ -10065,7 +10178,8 @@ static void sss_hao__move_stats(sss_hao__stream *s, sss_hao_stats *stats)
                                &stats->center[2], &stats->bounding_radius, &stats->truncated_energy,
                                &stats->truncated_worst, &stats->sum_error, &stats->interpolation_error,
                                &stats->storage_error, &stats->predicted_error, &stats->snr_db,
-                               &stats->mean_interactions};
+                               &stats->mean_interactions, &stats->edge_paths, &stats->longest_edge_paths,
+                               &stats->border_mm, &stats->normals_against};
     size_t *const sizes[] = {&stats->directions, &stats->distance_count, &stats->channels, &stats->channel,
                              &stats->reference_count, &stats->order, &stats->vertex_count, &stats->triangle_count,
                              &stats->reference_triangle_count, &stats->peak_bytes};

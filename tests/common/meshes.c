@@ -127,6 +127,93 @@ void mesh_vertex_areas(const mesh_data *mesh, double *weights)
     }
 }
 
+typedef struct directed_edge
+{
+    uint32_t low, high;
+    int sign;
+} directed_edge;
+
+static int by_vertices(const void *a, const void *b)
+{
+    const directed_edge *const p = (const directed_edge *)a, *const q = (const directed_edge *)b;
+    if (p->low != q->low) return p->low < q->low ? -1 : 1;
+    return p->high != q->high ? (p->high < q->high ? -1 : 1) : 0;
+}
+
+double mesh_border(const mesh_data *mesh)
+{
+    const size_t count = 3 * mesh->triangle_count;
+    directed_edge *const edges = (directed_edge *)malloc((count + 1) * sizeof *edges);
+    double sum = 0.0;
+    if (edges == NULL) return -1.0;
+    for (size_t c = 0; c < count; ++c)
+    {
+        const uint32_t a = mesh->triangles[c], b = mesh->triangles[c % 3 == 2 ? c - 2 : c + 1];
+        edges[c].low = a < b ? a : b;
+        edges[c].high = a < b ? b : a;
+        edges[c].sign = a < b ? 1 : -1;
+    }
+    qsort(edges, count, sizeof *edges, by_vertices);
+    for (size_t begin = 0, end; begin < count; begin = end)
+    {
+        const float *const p = &mesh->positions[3 * edges[begin].low], *const q = &mesh->positions[3 * edges[begin].high];
+        int sign = 0;
+        for (end = begin; end < count && by_vertices(&edges[begin], &edges[end]) == 0; ++end) sign += edges[end].sign;
+        const double x = (double)p[0] - (double)q[0], y = (double)p[1] - (double)q[1], z = (double)p[2] - (double)q[2];
+        sum += fabs((double)sign) * sqrt(x * x + y * y + z * z);
+    }
+    free(edges);
+    return sum;
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+// Squared distance of the origin to a + s ab, s in [0, 1].
+static double squared_to_segment(const double a[3], const double b[3])
+{
+    const double ab[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]}, length2 = dot(ab, ab);
+    const double s = length2 > 0.0 ? fmin(fmax(-dot(a, ab) / length2, 0.0), 1.0) : 0.0;
+    const double p[3] = {a[0] + s * ab[0], a[1] + s * ab[1], a[2] + s * ab[2]};
+    return dot(p, p);
+}
+
+// Squared distance of the origin to a triangle: to its plane where the origin lies over it, else to an edge.
+static double squared_to_triangle(double p[3][3])
+{
+    double n[3], e[3][3];
+    double nearest = HUGE_VAL;
+    int inside = 1;
+    for (int k = 0; k < 3; ++k)
+        for (int i = 0; i < 3; ++i) e[k][i] = p[(k + 1) % 3][i] - p[k][i];
+    n[0] = e[0][1] * e[1][2] - e[0][2] * e[1][1];
+    n[1] = e[0][2] * e[1][0] - e[0][0] * e[1][2];
+    n[2] = e[0][0] * e[1][1] - e[0][1] * e[1][0];
+    for (int k = 0; k < 3; ++k)
+    {
+        const double outward[3] = {e[k][1] * n[2] - e[k][2] * n[1], e[k][2] * n[0] - e[k][0] * n[2],
+                                   e[k][0] * n[1] - e[k][1] * n[0]};
+        inside &= dot(p[k], outward) > 0.0; // from the corner to the origin: -p
+        nearest = fmin(nearest, squared_to_segment(p[k], p[(k + 1) % 3]));
+    }
+    return inside ? dot(p[0], n) * dot(p[0], n) / dot(n, n) : nearest;
+}
+
+double mesh_distance(const mesh_data *mesh, const double point[3])
+{
+    double nearest = HUGE_VAL;
+    for (size_t t = 0; t < mesh->triangle_count; ++t)
+    {
+        double p[3][3];
+        for (size_t i = 0; i < 9; ++i)
+            p[i / 3][i % 3] = (double)mesh->positions[3 * mesh->triangles[3 * t + i / 3] + i % 3] - point[i % 3];
+        nearest = fmin(nearest, squared_to_triangle(p));
+    }
+    return sqrt(nearest);
+}
+
 size_t *mesh_vertices_by_area(const mesh_data *mesh, size_t count)
 {
     double *area = (double *)malloc(mesh->vertex_count * sizeof *area);
@@ -678,6 +765,41 @@ int mesh_weld(const mesh_data *in, mesh_data *out)
     mesh_compute_normals(out);
     free(places);
     free(to);
+    return 0;
+}
+
+int mesh_closed_sphere(int levels, double radius, mesh_data *out)
+{
+    mesh_data octants;
+    memset(out, 0, sizeof *out);
+    if (mesh_sphere(levels, radius, &octants) != 0)
+    {
+        return 1;
+    }
+    const int failed = mesh_weld(&octants, out);
+    mesh_free(&octants);
+    return failed;
+}
+
+int mesh_append(mesh_data *to, const mesh_data *from)
+{
+    mesh_data sum;
+    const size_t V = to->vertex_count, T = to->triangle_count;
+    if (allocate(&sum, V + from->vertex_count, T + from->triangle_count) != 0)
+    {
+        return 1;
+    }
+    memcpy(sum.positions, to->positions, 3 * V * sizeof(float));
+    memcpy(sum.normals, to->normals, 3 * V * sizeof(float));
+    memcpy(sum.triangles, to->triangles, 3 * T * sizeof(uint32_t));
+    memcpy(sum.positions + 3 * V, from->positions, 3 * from->vertex_count * sizeof(float));
+    memcpy(sum.normals + 3 * V, from->normals, 3 * from->vertex_count * sizeof(float));
+    for (size_t i = 0; i < 3 * from->triangle_count; ++i)
+    {
+        sum.triangles[3 * T + i] = from->triangles[i] + (uint32_t)V;
+    }
+    mesh_free(to);
+    *to = sum;
     return 0;
 }
 

@@ -53,6 +53,12 @@ int mesh_sheet(int n, int m, void (*point)(double s, double t, double out[3]), m
 // Vertices whose positions agree in every bit become one; triangles stay, in their order.
 int mesh_weld(const mesh_data *in, mesh_data *out);
 
+// mesh_sphere as one closed surface: the octants' vertices welded.
+int mesh_closed_sphere(int levels, double radius, mesh_data *out);
+
+// Adds a mesh to another, normals as they are. Nonzero: `to` is unchanged.
+int mesh_append(mesh_data *to, const mesh_data *from);
+
 // Copies of a number of given vertices and triangles, normals computed.
 int mesh_make(const float *positions, size_t vertex_count, const uint32_t *triangles, size_t triangle_count,
               mesh_data *out);
@@ -76,6 +82,13 @@ double mesh_extent(const mesh_data *mesh);
 double mesh_triangle_area(const mesh_data *mesh, size_t triangle);
 double mesh_area(const mesh_data *mesh);
 double mesh_mean_edge(const mesh_data *mesh);
+
+// Length of edges without a partner that runs the other way, by sorting them; mesh units. Indices tell what is one
+// edge: weld first. Negative: out of memory.
+double mesh_border(const mesh_data *mesh);
+
+// From a point to the nearest triangle, in mesh units.
+double mesh_distance(const mesh_data *mesh, const double point[3]);
 
 // weights[V]: a third of the area of the triangles around each vertex.
 void mesh_vertex_areas(const mesh_data *mesh, double *weights);

@@ -1,16 +1,25 @@
 #!/bin/sh
-# All steps of the sweeps, then the figure.      tests/stability/stability.sh [OUT-FOLDER]
-# Writes stability_bem.csv and stability_bem.png; the default folder is this one.
+# All steps of the sweeps, the figures, and what follows from them.
+#   tests/stability/stability.sh [--out FOLDER] [METHOD ...]      methods: direct bem hao, all of them by default
+# Writes METHOD/stability_METHOD.csv and .png beside this script, then the table of README.md and the lines of the
+# headers' LIMITS that are made from them (limits.sh); with --out only FOLDER/stability_METHOD.csv and .png.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
-out=${1:-$here}
+out=
+if [ "${1:-}" = --out ]; then out=$2; shift 2; fi
+[ $# -gt 0 ] || set -- direct bem hao
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
 status=0
-"$here/../../build/tests/stability/stability" --write "$work" || status=$? # what failed shows in the figure as well
-gnuplot -e "csv='$work/stability_bem.csv'; png='$work/stability_bem.png'" "$here/stability.gp"
-[ -s "$work/stability_bem.png" ] || { echo "stability.sh: gnuplot drew nothing" >&2; exit 1; }
-mkdir -p "$out"
-cp "$work/stability_bem.csv" "$work/stability_bem.png" "$out/"
+for method in "$@"; do
+    to=${out:-$here/$method}
+    mkdir -p "$to"
+    "$here/../../build/tests/stability/$method" --write "$work" || status=$? # what failed shows in the figure as well
+    gnuplot -e "method='$method'; here='$here'; csv='$work/stability_$method.csv'; png='$work/stability_$method.png'" \
+        "$here/figure.gp"
+    [ -s "$work/stability_$method.png" ] || { echo "stability.sh: gnuplot drew nothing" >&2; exit 1; }
+    cp "$work/stability_$method.csv" "$work/stability_$method.png" "$to/"
+done
+[ -n "$out" ] || sh "$here/limits.sh" --write
 exit $status

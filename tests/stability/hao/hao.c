@@ -1,11 +1,7 @@
-// What breaks reference points, harmonics and directions: sweeps of one parameter each, from harmless to extreme. Of
-// every step are checked: nothing infinite, NaN or negative, no spike, the errors within what the method can give, and
-// what the stats predict beside what is measured.
+// What breaks sss_hao.h: see ../record.h. Three ways of keeping the integrals: floats under lights of the set, which is
+// what the sums are worth; reference points, the default, and harmonics alone, both with a lattice of directions between
+// which lights are interpolated.
 //   build/tests/stability/hao [--write FOLDER] [TEST]
-// Without --write a few steps of every sweep. With it all of them, and FOLDER/stability_hao.csv:
-//   sweep,x,floats,references,harmonics,predicted,value,ideal
-// floats, references, harmonics: relative L2 error of what is stored in that way; what each sweep compares with stands
-// beside it. value and ideal: one thing more that is measured, or empty.
 
 #define SSS_DIPOLE_IMPLEMENTATION
 #include "../../../sss_dipole.h"
@@ -14,20 +10,147 @@
 
 #include "../../common/hooks.h"
 #include "../../common/lit.h"
-#include "../../common/meshes.h"
 #include "../../common/numbers.h"
 #include "../../common/profiles.h"
-#include "../../common/test.h"
+#include "../sweeps.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const double PI = 3.14159265358979323846;
-static const double no_value = -1.0;
-static FILE *g_csv; // NULL: the short version
+
+// ---- The method ----
+
+// For sss_hao_options.visibility: the scene's, whatever the light.
+static int scene_answers(void *user, const double light[3], double distance, float *visible)
+{
+    const scene *const s = (const scene *)user;
+    (void)light;
+    (void)distance;
+    memcpy(visible, s->visible, s->mesh.vertex_count * sizeof *visible);
+    return 0;
+}
+
+static sss_hao_options scene_options(scene *s)
+{
+    sss_hao_options options;
+    memset(&options, 0, sizeof options);
+    options.storage = SSS_HAO_FLOAT;
+    options.directions = record_full() ? 0 : 66;
+    options.visibility = scene_answers;
+    options.visibility_user = s;
+    return options;
+}
+
+static int relight_all(sss_hao *hao, const double (*lights)[3], size_t light_count, size_t V, float *B)
+{
+    int failed = 0;
+    for (size_t i = 0; i < light_count && !failed; ++i)
+    {
+        sss_hao_light light;
+        memset(&light, 0, sizeof light);
+        for (int k = 0; k < 3; ++k)
+        {
+            light.color[k] = 1.0;
+            light.direction[k] = lights[i][k];
+        }
+        failed = sss_hao_relight(hao, &light, 1, B + 3 * V * i) != SSS_OK;
+    }
+    return failed;
+}
+
+// all  0: what the sums are worth; 1: with storage and interpolation, for lights between those of the set
+static void claim_of(const sss_hao *hao, int all, claim *said)
+{
+    sss_hao_stats stats;
+    memset(&stats, 0, sizeof stats);
+    CHECK_EQUAL(sss_hao_get_stats(hao, &stats), SSS_OK);
+    said->predicted = all ? stats.predicted_error : stats.sum_error;
+    said->edge_paths = stats.edge_paths;
+    said->border_mm = stats.border_mm;
+    said->normals_against = stats.normals_against;
+    said->inside_out = stats.inside_out;
+}
+
+// A set of one's own: the light, and three more that span space with it.
+static void set_around(const double light[3], float set[12])
+{
+    const double x = fabs(light[0]), y = fabs(light[1]), z = fabs(light[2]);
+    const double axis[3] = {x <= y && x <= z, y < x && y <= z, z < x && z < y}; // of the smallest
+    double u[3], v[3], length = 0.0;
+    for (size_t k = 0; k < 3; ++k)
+    {
+        u[k] = axis[(k + 1) % 3] * light[(k + 2) % 3] - axis[(k + 2) % 3] * light[(k + 1) % 3];
+        length += u[k] * u[k];
+    }
+    for (size_t k = 0; k < 3; ++k) u[k] /= sqrt(length);
+    for (size_t k = 0; k < 3; ++k) v[k] = light[(k + 1) % 3] * u[(k + 2) % 3] - light[(k + 2) % 3] * u[(k + 1) % 3];
+    for (size_t k = 0; k < 3; ++k)
+    {
+        set[k] = (float)light[k];
+        set[3 + k] = (float)(u[k] - 0.5 * light[k]);
+        set[6 + k] = (float)(v[k] - 0.5 * light[k]);
+        set[9 + k] = (float)(-u[k] - v[k] - 0.5 * light[k]);
+    }
+}
+
+static int shade_own_light(scene *s, const double (*light)[3], const sss_hooks *hooks, float *B, claim *said)
+{
+    float set[12];
+    sss_hao_options options = scene_options(s);
+    sss_hao *hao = NULL;
+    set_around(*light, set);
+    options.directions = 4;
+    options.direction_set = set;
+    const int failed = sss_hao_create(&s->view, &s->profile, &options, hooks, &hao) != SSS_OK ||
+                       relight_all(hao, light, 1, s->mesh.vertex_count, B) != 0;
+    if (!failed) claim_of(hao, 0, said);
+    sss_hao_free(hao);
+    return failed;
+}
+
+static int shade(const scene *given, const double (*lights)[3], size_t light_count, float *const *B, claim *claims)
+{
+    const size_t V = given->mesh.vertex_count;
+    const sss_hao_storage kept[2] = {SSS_HAO_REFERENCES, SSS_HAO_HARMONICS};
+    scene s = *given; // for hooks that take no pointer to const
+    sss_hao_options options = scene_options(&s);
+    sss_hooks hooks;
+    sss_hao *floats = NULL;
+    memset(&hooks, 0, sizeof hooks);
+    hooks.parallel_for = threads_for;
+    int failed = sss_hao_create(&s.view, &s.profile, &options, &hooks, &floats) != SSS_OK;
+    for (int k = 0; k < 2 && !failed; ++k)
+    {
+        sss_hao *hao = NULL;
+        memset(&options, 0, sizeof options);
+        options.storage = kept[k];
+        failed = sss_hao_compress(floats, &s.view, &options, &hooks, &hao) != SSS_OK ||
+                 relight_all(hao, lights, light_count, V, B[1 + k]) != 0;
+        if (!failed) claim_of(hao, 1, &claims[1 + k]);
+        sss_hao_free(hao);
+    }
+    if (light_count > 1)
+    {   // They move: floats between directions as well.
+        failed = failed || relight_all(floats, lights, light_count, V, B[0]) != 0;
+        if (!failed) claim_of(floats, 1, &claims[0]);
+    }
+    else failed = failed || shade_own_light(&s, lights, &hooks, B[0], &claims[0]) != 0;
+    sss_hao_free(floats);
+    return failed;
+}
+
+// What stats predict is a mean over lights: under a grazing one B is small and its relative error more (sweep grazing).
+static const method precomputed = {3,
+                                   {{"floats", SSS_DIPOLE_DISTANCE, 0.0, 5e-3, 1.3},
+                                    {"references", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 6.0},
+                                    {"harmonics", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 3.5}},
+                                   shade};
+
+#define SWEPT precomputed
+#include "../run.h"
 
 // ---- objects ----
 
@@ -77,19 +200,6 @@ static int object_make(object *o, mesh_data *mesh, const sss_profile *profile, c
            sss_hao_get_stats(o->references, &o->stats) != SSS_OK;
 }
 
-// A weld of mesh_sphere: one closed surface.
-static int closed_sphere(int levels, double radius, mesh_data *out)
-{
-    mesh_data octants;
-    if (mesh_sphere(levels, radius, &octants) != 0)
-    {
-        return 1;
-    }
-    const int failed = mesh_weld(&octants, out);
-    mesh_free(&octants);
-    return failed;
-}
-
 // ---- lights and errors ----
 
 static float *lit_by(sss_hao *hao, size_t V, const double w[3])
@@ -130,33 +240,23 @@ static double pool_l2(const pool *p)
 
 static const pool empty = {0.0, 0.0, 0.0, 1};
 
-static void record(const char *sweep, double x, const pool errors[3], double predicted, double value, double ideal)
+// One row for each store.   value, ideal  of the sweep
+static void record_stores(const char *sweep, double x, const pool errors[3], double predicted, double value,
+                          double ideal)
 {
     test_about("%s, %.4g", sweep, x);
     CHECK(errors[0].fine && errors[1].fine && errors[2].fine);
     test_note("floats %.2e, references %.2e, harmonics %.2e, predicted %.2e", pool_l2(&errors[0]), pool_l2(&errors[1]),
               pool_l2(&errors[2]), predicted);
-    if (!g_csv)
+    for (size_t k = 0; k < 3; ++k)
     {
-        return;
+        row r = row_of(sweep, precomputed.series[k].name, x);
+        r.rel_l2 = pool_l2(&errors[k]);
+        r.predicted = predicted;
+        r.value = value;
+        r.ideal = ideal;
+        record(&r);
     }
-    fprintf(g_csv, "%s,%.6g,%.3e,%.3e,%.3e,%.3e", sweep, x, pool_l2(&errors[0]), pool_l2(&errors[1]),
-            pool_l2(&errors[2]), predicted);
-    if (value >= 0.0) fprintf(g_csv, ",%.6g", value);
-    else fprintf(g_csv, ",");
-    if (ideal >= 0.0) fprintf(g_csv, ",%.6g\n", ideal);
-    else fprintf(g_csv, ",\n");
-}
-
-// Steps of a sweep by equal factors; the short version takes the ends and the middle.
-static int steps_of(int full)
-{
-    return g_csv ? full : 3;
-}
-
-static double step_at(int i, int count, double first, double last)
-{
-    return first * pow(last / first, (double)i / (double)(count - 1));
 }
 
 // All three stores under lights of the set against rows and rays. Lights [3 * count].
@@ -249,13 +349,13 @@ static void absorption(void)
         profile.sigma_tr[0] = profile.sigma_tr[1] = profile.sigma_tr[2] = sigma_tr;
         options.direction_set = set;
         options.no_shadows = 1;
-        if (closed_sphere(3, 10.0, &mesh) != 0 || object_make(&o, &mesh, &profile, &options, 0) != 0)
+        if (mesh_closed_sphere(3, 10.0, &mesh) != 0 || object_make(&o, &mesh, &profile, &options, 0) != 0)
             SKIP("out of memory");
         CHECK_EQUAL(sss_hao_get_stats(o.floats, &stats), SSS_OK);
         CHECK_EQUAL(lit_rows_make(&o.view, &profile, mesh_vertices_by_area(&o.mesh, 32), 32, 2, &rows), 0);
         against_rows(&o, w, 4, &rows, errors);
-        record("absorption", sigma_tr > 0.0 ? sigma_tr : 1e-7, errors, stats.sum_error, stats.truncated_energy,
-               no_value);
+        record_stores("absorption", sigma_tr > 0.0 ? sigma_tr : 1e-7, errors, stats.sum_error, stats.truncated_energy,
+               (double)NAN);
         CHECK_BELOW(pool_l2(&errors[0]), 5e-3);
         CHECK_BELOW(stats.truncated_energy, 5e-3);
         CHECK(sigma_tr > 0.0 || stats.range == HUGE_VAL);
@@ -273,7 +373,7 @@ static void poles(void)
     {
         STEPS = 37
     };
-    const int count = g_csv ? STEPS : 10;
+    const int count = record_full() ? STEPS : 10;
     float set[3 * STEPS];
     mesh_data mesh, again;
     object o, truth;
@@ -288,7 +388,7 @@ static void poles(void)
             set[3 * i + k] = (float)axis[k] + (k == 1 ? 1e-5f * (float)(i % 3 - 1) : 0.0f); // not all in one plane
         }
     }
-    if (closed_sphere(4, 10.0, &mesh) != 0 || closed_sphere(4, 10.0, &again) != 0 ||
+    if (mesh_closed_sphere(4, 10.0, &mesh) != 0 || mesh_closed_sphere(4, 10.0, &again) != 0 ||
         object_make(&o, &mesh, &profile, &options, 0) != 0)
         SKIP("out of memory");
     options.direction_set = set;
@@ -311,7 +411,7 @@ static void poles(void)
             }
             free(B);
         }
-        record("poles", 360.0 * i / count, errors, o.stats.predicted_error, no_value, no_value);
+        record_stores("poles", 360.0 * i / count, errors, o.stats.predicted_error, (double)NAN, (double)NAN);
         worst = fmax(worst, pool_l2(&errors[0]));
         if (i == 0) at_poles = pool_l2(&errors[0]);
         free(want);
@@ -341,7 +441,7 @@ static int make_plate(int n, double side, double thickness, mesh_data *out)
     }
     mesh_transform(&top, 1.0, up);
     mesh_transform(&bottom, 1.0, down);
-    const size_t V = top.vertex_count, T = top.triangle_count, row = (size_t)n + 1;
+    const size_t V = top.vertex_count, T = top.triangle_count, line = (size_t)n + 1;
     float *const p = (float *)malloc(6 * V * sizeof *p);
     uint32_t *const t = (uint32_t *)malloc((6 * T + 24 * (size_t)n) * sizeof *t);
     size_t corner = 6 * T;
@@ -360,8 +460,8 @@ static int make_plate(int n, double side, double thickness, mesh_data *out)
     {
         for (size_t i = 0; i < (size_t)n; ++i)
         {
-            const size_t first[4] = {i, (row - 1) + i * row, V - 1 - i, (row - 1 - i) * row};
-            const size_t second[4] = {i + 1, (row - 1) + (i + 1) * row, V - 2 - i, (row - 2 - i) * row};
+            const size_t first[4] = {i, (line - 1) + i * line, V - 1 - i, (line - 1 - i) * line};
+            const size_t second[4] = {i + 1, (line - 1) + (i + 1) * line, V - 2 - i, (line - 2 - i) * line};
             const uint32_t a = (uint32_t)first[side_index], b = (uint32_t)second[side_index];
             const uint32_t quad[6] = {a, (uint32_t)V + a, b, b, (uint32_t)V + a, (uint32_t)V + b};
             memcpy(&t[corner], quad, sizeof quad);
@@ -407,12 +507,20 @@ static void thin_plates(void)
                 below[k] = fmax(below[k], (double)B[k][3 * v]);
             }
         }
-        record("thin plates", thickness, errors, o.stats.storage_error, below[0] / above, below[1] / above);
+        record_stores("thin plates", thickness, errors, o.stats.storage_error, below[0] / above, below[1] / above);
         CHECK_ABS(below[0] / above, below[1] / above, 0.05 + 0.1 * below[1] / above);
         free(B[0]);
         free(B[1]);
         object_free(&o);
     }
+}
+
+// Takes the ball, which is empty afterwards, into the mesh.
+static int add_ball(mesh_data *mesh, mesh_data *ball)
+{
+    const int failed = mesh_append(mesh, ball);
+    mesh_free(ball);
+    return failed;
 }
 
 // ---- smaller and smaller parts ----
@@ -432,31 +540,14 @@ static void small_parts(void)
         const size_t plate = mesh.vertex_count;
         for (int k = 0; k < 4; ++k)
         {
-            mesh_data sum;
             const double at[3] = {7.0 * (k % 2 * 2 - 1), 7.0 * (k / 2 * 2 - 1), 1.6 + radius};
-            if (closed_sphere(1, radius, &ball) != 0) SKIP("out of memory");
+            if (mesh_closed_sphere(1, radius, &ball) != 0) SKIP("out of memory");
             mesh_transform(&ball, 1.0, at);
-            const size_t V = mesh.vertex_count + ball.vertex_count, T = mesh.triangle_count + ball.triangle_count;
-            float *const p = (float *)malloc(3 * V * sizeof *p);
-            uint32_t *const t = (uint32_t *)malloc(3 * T * sizeof *t);
-            if (!p || !t) SKIP("out of memory");
-            memcpy(p, mesh.positions, 3 * mesh.vertex_count * sizeof *p);
-            memcpy(p + 3 * mesh.vertex_count, ball.positions, 3 * ball.vertex_count * sizeof *p);
-            memcpy(t, mesh.triangles, 3 * mesh.triangle_count * sizeof *t);
-            for (size_t c = 0; c < 3 * ball.triangle_count; ++c)
-            {
-                t[3 * mesh.triangle_count + c] = ball.triangles[c] + (uint32_t)mesh.vertex_count;
-            }
-            CHECK_EQUAL(mesh_make(p, V, t, T, &sum), 0);
-            free(p);
-            free(t);
-            mesh_free(&mesh);
-            mesh_free(&ball);
-            mesh = sum;
+            CHECK_EQUAL(add_ball(&mesh, &ball), 0);
         }
         if (object_make(&o, &mesh, &profile, &options, 200) != 0) SKIP("out of memory");
         against_floats(&o, some_lights, 4, plate, o.V, errors);
-        record("small parts", radius, errors, o.stats.storage_error, no_value, no_value);
+        record_stores("small parts", radius, errors, o.stats.storage_error, (double)NAN, (double)NAN);
         CHECK_BELOW(pool_l2(&errors[1]), 0.3);
         object_free(&o);
     }
@@ -471,7 +562,7 @@ static void sharp_shadows(void)
     for (int i = 0; i < count; ++i)
     {
         const double path = step_at(i, count, 3.0, 0.01), at[3] = {0.0, 0.0, 5.0};
-        mesh_data mesh, ball, sum;
+        mesh_data mesh, ball;
         object o;
         pool errors[3] = {empty, empty, empty};
         sss_profile profile = profile_of("Marble");
@@ -482,27 +573,12 @@ static void sharp_shadows(void)
             profile.z_r[c] = path;
             profile.z_v[c] = 4.0 * path;
         }
-        if (make_plate(16, 16.0, 2.0, &mesh) != 0 || closed_sphere(2, 2.0, &ball) != 0) SKIP("out of memory");
+        if (make_plate(16, 16.0, 2.0, &mesh) != 0 || mesh_closed_sphere(2, 2.0, &ball) != 0) SKIP("out of memory");
         mesh_transform(&ball, 1.0, at);
-        const size_t V = mesh.vertex_count + ball.vertex_count, T = mesh.triangle_count + ball.triangle_count;
-        float *const p = (float *)malloc(3 * V * sizeof *p);
-        uint32_t *const t = (uint32_t *)malloc(3 * T * sizeof *t);
-        if (!p || !t) SKIP("out of memory");
-        memcpy(p, mesh.positions, 3 * mesh.vertex_count * sizeof *p);
-        memcpy(p + 3 * mesh.vertex_count, ball.positions, 3 * ball.vertex_count * sizeof *p);
-        memcpy(t, mesh.triangles, 3 * mesh.triangle_count * sizeof *t);
-        for (size_t c = 0; c < 3 * ball.triangle_count; ++c)
-        {
-            t[3 * mesh.triangle_count + c] = ball.triangles[c] + (uint32_t)mesh.vertex_count;
-        }
-        CHECK_EQUAL(mesh_make(p, V, t, T, &sum), 0);
-        free(p);
-        free(t);
-        mesh_free(&mesh);
-        mesh_free(&ball);
-        if (object_make(&o, &sum, &profile, &options, 0) != 0) SKIP("out of memory");
+        CHECK_EQUAL(add_ball(&mesh, &ball), 0);
+        if (object_make(&o, &mesh, &profile, &options, 0) != 0) SKIP("out of memory");
         against_floats(&o, some_lights, 4, 0, o.V, errors);
-        record("sharp shadows", path, errors, o.stats.storage_error, errors[2].largest / errors[0].largest, 1.0);
+        record_stores("sharp shadows", path, errors, o.stats.storage_error, errors[2].largest / errors[0].largest, 1.0);
         CHECK_BELOW(errors[1].largest / errors[0].largest, 1.3);
         CHECK_BELOW(errors[2].largest / errors[0].largest, 1.3);
         object_free(&o);
@@ -523,7 +599,7 @@ static void rough_surfaces(void)
         pool errors[3] = {empty, empty, empty};
         const sss_profile profile = profile_of("Marble");
         const sss_hao_options options = options_of(66);
-        if (closed_sphere(4, 15.0, &mesh) != 0) SKIP("out of memory");
+        if (mesh_closed_sphere(4, 15.0, &mesh) != 0) SKIP("out of memory");
         random_seed(20);
         for (size_t v = 0; v < mesh.vertex_count; ++v)
         {
@@ -536,7 +612,7 @@ static void rough_surfaces(void)
         mesh_compute_normals(&mesh);
         if (object_make(&o, &mesh, &profile, &options, 150) != 0) SKIP("out of memory");
         against_floats(&o, some_lights, 4, 0, o.V, errors);
-        record("rough surfaces", roughness, errors, o.stats.storage_error, no_value, no_value);
+        record_stores("rough surfaces", roughness, errors, o.stats.storage_error, (double)NAN, (double)NAN);
         CHECK_BELOW(pool_l2(&errors[1]), 0.05 + roughness);
         CHECK_BELOW(pool_l2(&errors[1]), 1.5 * pool_l2(&errors[2]) + 0.02); // harmonics of order 7 alone
         object_free(&o);
@@ -545,27 +621,7 @@ static void rough_surfaces(void)
 
 int main(int argc, char **argv)
 {
-    static const test_case tests[] = {TEST(absorption),  TEST(poles),         TEST(thin_plates),
+    static const test_case tests[] = {COMMON_SWEEPS,     TEST(absorption),    TEST(poles),         TEST(thin_plates),
                                       TEST(small_parts), TEST(sharp_shadows), TEST(rough_surfaces)};
-    if (argc > 2 && strcmp(argv[1], "--write") == 0)
-    {
-        char path[512];
-        snprintf(path, sizeof path, "%s/stability_hao.csv", argv[2]);
-        g_csv = fopen(path, "w");
-        if (!g_csv)
-        {
-            perror(path);
-            return 1;
-        }
-        fprintf(g_csv, "sweep,x,floats,references,harmonics,predicted,value,ideal\n");
-        argv[2] = argv[0];
-        argv += 2;
-        argc -= 2;
-    }
-    const int status = test_main(argc, argv, "stability of sss_hao.h", tests, sizeof tests / sizeof *tests);
-    if (g_csv && fclose(g_csv) != 0)
-    {
-        return 1;
-    }
-    return status;
+    return record_main(argc, argv, "hao", tests, sizeof tests / sizeof *tests);
 }
