@@ -3351,9 +3351,9 @@ int main(int argc, char **argv)
         TEST(hostile_meshes),
         TEST(scales_of_every_kind),
         TEST(unreferenced_vertices_and_parts),
-        TEST(strips_of_needles),
+        TEST_TIMED(strips_of_needles),
         TEST(the_bars_are_met),
-        TEST(a_larger_table_costs_little),
+        TEST_TIMED(a_larger_table_costs_little),
     };
     const int status = test_main(argc, argv, "sss_atlas.h", tests, COUNT(tests));
     for (int i = 0; i < 3 * SMALL_MESHES; ++i)

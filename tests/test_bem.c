@@ -2881,7 +2881,7 @@ int main(int argc, char **argv)
         TEST(every_path_agrees),
         TEST(splitting_changes_no_bit),
         TEST(three_modes_agree),
-        TEST(an_edit_costs_a_fifth),
+        TEST_TIMED(an_edit_costs_a_fifth),
         TEST(edits_end_where_a_fresh_build_ends),
         TEST(pending_rows_keep_their_old_links),
         TEST(the_hierarchy_holds),
@@ -2897,10 +2897,10 @@ int main(int argc, char **argv)
         TEST(an_update_that_ran_out_of_memory_goes_on),
         TEST(progress_may_cancel),
         TEST(hostile_meshes),
-        TEST(a_strip_of_needles),
+        TEST_TIMED(a_strip_of_needles),
         TEST(no_spikes_on_thin_and_folded_things),
         TEST(meshes_as_they_come),
-        TEST(shading_is_fast),
+        TEST_TIMED(shading_is_fast),
     };
     const int status = test_main(argc, argv, "sss_bem.h", tests, COUNT(tests));
     free_bunnies();

@@ -4524,12 +4524,12 @@ int main(int argc, char **argv)
         TEST(channels_of_unlike_paths),
         TEST(slabs_thinner_than_a_mean_free_path),
         TEST(a_source_close_to_the_surface),
-        TEST(slivers_cost_little),
+        TEST_TIMED(slivers_cost_little),
         TEST(far_debris_changes_nothing),
         TEST(clouds_of_every_scale),
         TEST(emitters_close_to_a_placed_source),
         TEST(nothing_that_shines),
-        TEST(dark_parts_cost_little),
+        TEST_TIMED(dark_parts_cost_little),
         TEST(the_finest_tolerance),
         TEST(lambert_error_is_predicted),
         TEST(lambert_error_is_predicted_on_a_sphere),
@@ -4550,7 +4550,7 @@ int main(int argc, char **argv)
         TEST(bad_scenes_are_refused),
         TEST(every_allocation_may_fail),
         TEST(progress_may_cancel),
-        TEST(gather_is_fast),
+        TEST_TIMED(gather_is_fast),
     };
     return test_main(argc, argv, "sss_dipole.h", tests, COUNT(tests));
 }

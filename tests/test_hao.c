@@ -4455,8 +4455,8 @@ int main(int argc, char **argv)
         TEST(scales_of_every_kind),
         TEST(errors_of_the_default_options),
         TEST(bytes_of_the_default_options),
-        TEST(relighting_is_fast),
-        TEST(precomputing_grows_little),
+        TEST_TIMED(relighting_is_fast),
+        TEST_TIMED(precomputing_grows_little),
     };
     return test_main(argc, argv, "sss_hao.h", tests, COUNT(tests));
 }

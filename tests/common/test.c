@@ -172,13 +172,23 @@ static void run_one(void **state)
         skip();
 }
 
-// cmocka's table for the tests whose name contains the filter; the number of them.
+// Whether a test is among those that argv[1] asks for.
+static int wanted(const test_case *test, const char *filter)
+{
+    if (filter == NULL)
+        return 1;
+    if (strcmp(filter, "--timed") == 0 || strcmp(filter, "--untimed") == 0)
+        return test->timed == (strcmp(filter, "--timed") == 0);
+    return strstr(test->name, filter) != NULL;
+}
+
+// cmocka's table for the tests that the filter asks for; the number of them.
 static size_t choose(const test_case *tests, size_t test_count, const char *filter, struct CMUnitTest *chosen)
 {
     size_t count = 0;
     for (size_t i = 0; i < test_count; ++i)
     {
-        if (filter != NULL && strstr(tests[i].name, filter) == NULL)
+        if (!wanted(&tests[i], filter))
             continue;
         memset(&chosen[count], 0, sizeof chosen[count]);
         chosen[count].name = tests[i].name;
@@ -197,10 +207,11 @@ int test_main(int argc, char **argv, const char *program, const test_case *tests
     if (chosen == NULL)
         return 1;
     (void)setvbuf(stdout, NULL, _IOLBF, BUFSIZ);
-    if (filter != NULL && strcmp(filter, "--list") == 0)
+    if (filter != NULL && (strcmp(filter, "--list") == 0 || strcmp(filter, "--list-timed") == 0))
     {
         for (size_t i = 0; i < test_count; ++i)
-            printf("%s\n", tests[i].name);
+            if (tests[i].timed || strcmp(filter, "--list") == 0)
+                printf("%s\n", tests[i].name);
         free(chosen);
         return 0;
     }

@@ -12,7 +12,8 @@
 //         return test_main(argc, argv, "arithmetic", tests, sizeof tests / sizeof *tests);
 //     }
 //
-// argv[1], if given, runs only the tests whose name contains it; "--list" lists them. The last line is
+// argv[1], if given, runs only the tests whose name contains it, "--timed" those marked TEST_TIMED, "--untimed" the
+// others; "--list" and "--list-timed" list them. The last line is
 // "N passed, N failed", in checks; before it, where bars were missed, "N bars missed". Exit status 1 if a check failed,
 // a test crashed, or nothing was checked. Checks are for the main thread only.
 
@@ -25,9 +26,11 @@ typedef struct test_case
 {
     const char *name;
     void (*run)(void);
+    int timed; // compares clock times: nothing may run beside it
 } test_case;
 
-#define TEST(function) {#function, function}
+#define TEST(function) {#function, function, 0}
+#define TEST_TIMED(function) {#function, function, 1}
 
 // True, else a failure.
 #define CHECK(condition) test_check((condition) ? 1 : 0, #condition, __FILE__, __LINE__)

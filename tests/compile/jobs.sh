@@ -1,4 +1,4 @@
-# Checks as shell commands, run several at a time. Sourced by the scripts of this folder, from the top folder:
+# Checks as shell commands, run SSS_JOBS at a time (default: the number of processors). Sourced by the scripts of this folder, from the top folder:
 #   . tests/compile/jobs.sh
 #   job "what holds" 'command'        the check passes when the command succeeds
 #   job_fails "what must not" 'command' ['text']   passes when it fails; its output must contain the text
@@ -37,7 +37,7 @@ skip()
 jobs_end()
 {
     export work
-    seq 1 "$job_count" | xargs -P "$(nproc)" -I N sh -c \
+    seq 1 "$job_count" | xargs -P "${SSS_JOBS:-$(nproc)}" -I N sh -c \
         'sh "$work/jobs/N.command" >"$work/jobs/N.out" 2>&1 </dev/null; echo $? >"$work/jobs/N.status"'
     passed=0 failed=0 n=1
     while [ $n -le $job_count ]; do
