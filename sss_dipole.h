@@ -602,9 +602,9 @@ typedef struct sss_dipole_advice
 SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_scene *out);
 
 // Measures what sss_dipole_needs can only predict: the relative L2 error of Lambert for one irradiance, at some
-// vertices, area-weighted, against the direct gather (distance only, to 1 %).
+// vertices, area-weighted, against the direct gather (distance only), to within 1e-3.
 //   irradiance  [V][3], W/mm^2;   count  vertices, spread over their order; 0: 100;   hooks  may be NULL
-//   error       0 without light. 100 vertices of a mesh cost as much as 100 V-ths of its direct gather
+//   error       0 without light. 100 vertices cost 100 V-ths of a direct gather of the mesh
 // Allocates. All errors of the gather; *error is then untouched.
 SSS_DIPOLE_API sss_result sss_dipole_lambert_error(const sss_mesh *mesh, const sss_profile *profile,
                                                    const float *irradiance, size_t count, const sss_hooks *hooks,
@@ -4716,7 +4716,7 @@ SSS_DIPOLE_API sss_result sss_dipole_lambert_error(const sss_mesh *mesh, const s
         return SSS_ERROR_INVALID_ARGUMENT;
     }
     memset(&options, 0, sizeof options);
-    options.tolerance = 1e-2;
+    options.tolerance = 1e-3;
     result = sss_dipole_gather_create(mesh, profile, &options, hooks, &gather);
     if (result != SSS_OK)
     {
