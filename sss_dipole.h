@@ -601,9 +601,9 @@ typedef struct sss_dipole_advice
 // SSS_ERROR_INVALID_ARGUMENT, _EMPTY, _INDEX, _OVERFLOW.
 SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_scene *out);
 
-// Measures what sss_dipole_needs can only predict: the relative L2 error of Lambert for one irradiance, in the middle of
-// some triangles, area-weighted, against the direct gather (distance only), to within 1e-3. Not at vertices, where a
-// coarse mesh has corners that are the mesh's and not the object's.
+// Measures what sss_dipole_needs can only predict: the relative L2 error of Lambert for one irradiance, in the
+// middle of some triangles, area-weighted, against the direct gather (distance only), to within 1e-3. Not at
+// vertices, where a coarse mesh has corners that are the mesh's and not the object's.
 //   irradiance  [V][3], W/mm^2;   count  triangles, spread over their order; 0: 100;   hooks  may be NULL
 //   error       0 without light. It costs as much as `count` vertices of a direct gather
 // Allocates. All errors of the gather; *error is then untouched.
@@ -4512,9 +4512,9 @@ static double sss_dipole__curve(const sss_dipole__variant *v, int quantity, cons
     return sss_dipole__law(v, quantity, t) * v->scale[quantity] * exp(exponent);
 }
 
-// The chart's integrals are without shadows. With them the error of hao's interpolation between lights is up to 2.7 times
-// as large (tests/chart/hao/bars.csv: 198 directions, bunny of 20, 50, 100 mm: 2.0, 2.4, 2.6). Lambert's error under a
-// shadow edge is at least the one derived for it above.
+// The chart's integrals are without shadows. With them the error of hao's interpolation between lights is up to 2.7
+// times as large (tests/chart/hao/bars.csv: 198 directions, bunny of 20, 50, 100 mm: 2.0, 2.4, 2.6). Lambert's error
+// under a shadow edge is at least the one derived for it above.
 #define SSS_DIPOLE__SHADOWED 2.7
 static double sss_dipole__choice_error(const sss_dipole__variant *v, const sss_dipole_scene *s,
                                        const sss_dipole__traits *t)

@@ -516,8 +516,8 @@ static void ranked(int place, char name[32])
 }
 
 static void auto_takes_the_least_that_does(void)
-{   // Oracle: what only one method can do, and otherwise the ranking, whose first entry is run where its own prediction is
-    // within the tolerance. The result is held against the converged reference.
+{   // Oracle: what only one method can do, and otherwise the ranking, whose first entry is run where its own prediction
+    // is within the tolerance. The result is held against the converged reference.
     static const struct
     {
         const char *what, *options, *method; // NULL: the ranking's first
@@ -532,7 +532,8 @@ static void auto_takes_the_least_that_does(void)
     {
         char line[64], first[32];
         test_about("%s", choices[i].what);
-        CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method auto --report --reference 30 %s", unsized, choices[i].options), 0);
+        CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method auto --report --reference 30 %s", unsized, choices[i].options),
+                    0);
         ranked(1, first);
         if (strcmp(first, "direct-placed") == 0)
         {

@@ -310,7 +310,8 @@ static void print_slopes(const fitted *f)
         {
             const double *const s = f->slopes[m][q];
             printf("    %s{%.3f, %.3f, %.3f, %.3f, %.3f, %.3f}%s,\n", q == 0 ? "{" : " ", rounded(s[0]), rounded(s[1]),
-                   rounded(s[2]), rounded(s[3]), rounded(s[4]), rounded(s[5]), q == SSS_DIPOLE__QUANTITIES - 1 ? "}" : "");
+                   rounded(s[2]), rounded(s[3]), rounded(s[4]), rounded(s[5]),
+                   q == SSS_DIPOLE__QUANTITIES - 1 ? "}" : "");
         }
     }
     printf("};\n");
