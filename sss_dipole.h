@@ -4301,37 +4301,57 @@ enum
     SSS_DIPOLE__FEATURES = 6
 };
 
-// A method with its knob, as the chart has run it.
+// A method with its knob, as the chart has run it. How errors depend on the features differs from knob to knob.
 typedef struct sss_dipole__variant
 {
     sss_dipole_method method;
     double tolerance, density;
     int directions, storage;
     double scale[SSS_DIPOLE__QUANTITIES];
+    double lean[SSS_DIPOLE__FEATURES]; // added to the slopes of the error
 } sss_dipole__variant;
 
 // ---- BEGIN measured curves: tests/chart/choice/fit.sh --write makes these lines from tests/chart/chart.csv ----
 // 126 runs on 6 cases
-// Method, tolerance, density, directions, storage, then the scales of error, s, ms, ms and bytes.
+// Method, tolerance, density, directions, storage, then the scales of error, s, ms, ms and bytes;
+// below how its error leans.
 static const sss_dipole__variant sss_dipole__variants[] = {
-    {SSS_DIPOLE_METHOD_LAMBERT, 0, 1, 0, 0, {1.93e+00, 0.00e+00, 8.46e-05, 0.00e+00, 0.00e+00}},
-    {SSS_DIPOLE_METHOD_DIRECT, 0.0001, 1, 0, 0, {5.89e-01, 6.15e-07, 2.25e-06, 6.15e-04, 1.91e+02}},
-    {SSS_DIPOLE_METHOD_DIRECT, 0.001, 1, 0, 0, {6.20e-01, 5.93e-07, 1.81e-06, 5.93e-04, 1.91e+02}},
-    {SSS_DIPOLE_METHOD_DIRECT, 0.01, 1, 0, 0, {2.20e-01, 5.78e-07, 1.73e-06, 5.78e-04, 1.91e+02}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 1, 0, 0, {4.96e+00, 5.38e-07, 1.80e-06, 5.38e-04, 4.63e+01}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.25, 0, 0, {3.56e+00, 2.37e-06, 2.05e-06, 2.37e-03, 4.72e+01}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.0625, 0, 0, {1.75e+00, 8.08e-07, 1.92e-06, 8.08e-04, 5.05e+01}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.015625, 0, 0, {6.77e-01, 1.22e-06, 2.10e-06, 1.22e-03, 6.56e+01}},
-    {SSS_DIPOLE_METHOD_PLACED, 0.001, 1, 0, 0, {3.46e-01, 6.15e-07, 3.41e-06, 6.15e-04, 1.91e+02}},
-    {SSS_DIPOLE_METHOD_PLACED, 0.01, 1, 0, 0, {9.66e-02, 6.03e-07, 3.27e-06, 6.03e-04, 1.91e+02}},
-    {SSS_DIPOLE_METHOD_BEM, 0.001, 1, 0, 0, {5.93e-01, 6.25e-06, 6.58e-03, 6.25e-03, 9.75e+02}},
-    {SSS_DIPOLE_METHOD_BEM, 0.003, 1, 0, 0, {8.13e-01, 4.77e-06, 3.48e-03, 4.77e-03, 9.75e+02}},
-    {SSS_DIPOLE_METHOD_BEM, 0.01, 1, 0, 0, {9.58e-01, 4.34e-06, 2.07e-03, 4.34e-03, 9.75e+02}},
-    {SSS_DIPOLE_METHOD_BEM, 0.1, 1, 0, 0, {4.43e-01, 4.01e-06, 8.77e-04, 4.01e-03, 9.75e+02}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.001, 1, 0, 0, {5.93e-01, 2.72e-05, 3.03e-03, 2.72e-02, 1.80e+04}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.003, 1, 0, 0, {8.13e-01, 1.31e-05, 1.99e-03, 1.31e-02, 1.13e+04}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.01, 1, 0, 0, {9.58e-01, 7.33e-06, 1.08e-03, 7.33e-03, 4.87e+03}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.1, 1, 0, 0, {4.43e-01, 4.39e-06, 5.83e-04, 4.39e-03, 2.40e+03}},
+    {SSS_DIPOLE_METHOD_LAMBERT, 0, 1, 0, 0, {2.16e+00, 0.00e+00, 8.46e-05, 0.00e+00, 0.00e+00},
+     {0.000, 0.023, -0.052, 0.023, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.0001, 1, 0, 0, {5.38e-01, 6.15e-07, 2.25e-06, 6.15e-04, 1.91e+02},
+     {0.000, -0.082, -0.101, -0.082, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.001, 1, 0, 0, {7.88e-01, 5.93e-07, 1.81e-06, 5.93e-04, 1.91e+02},
+     {0.000, 0.026, -0.166, 0.026, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.01, 1, 0, 0, {2.42e-01, 5.78e-07, 1.73e-06, 5.78e-04, 1.91e+02},
+     {0.000, 0.175, -0.011, 0.175, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 1, 0, 0, {8.00e-01, 5.38e-07, 1.80e-06, 5.38e-04, 4.63e+01},
+     {0.000, 0.363, 0.199, 0.363, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.25, 0, 0, {3.08e+00, 2.37e-06, 2.05e-06, 2.37e-03, 4.72e+01},
+     {0.000, -0.064, 0.003, -0.064, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.0625, 0, 0, {1.11e+00, 8.08e-07, 1.92e-06, 8.08e-04, 5.05e+01},
+     {0.000, -0.153, -0.120, -0.153, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.015625, 0, 0, {7.68e-01, 1.22e-06, 2.10e-06, 1.22e-03, 6.56e+01},
+     {0.000, -0.135, -0.165, -0.135, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_PLACED, 0.001, 1, 0, 0, {5.61e-01, 6.15e-07, 3.41e-06, 6.15e-04, 1.91e+02},
+     {0.000, 0.087, -0.233, 0.087, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_PLACED, 0.01, 1, 0, 0, {1.52e-01, 6.03e-07, 3.27e-06, 6.03e-04, 1.91e+02},
+     {0.000, 0.104, -0.192, 0.104, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.001, 1, 0, 0, {5.26e-01, 6.25e-06, 6.58e-03, 6.25e-03, 9.75e+02},
+     {0.000, -0.020, 0.055, -0.020, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.003, 1, 0, 0, {5.81e-01, 4.77e-06, 3.48e-03, 4.77e-03, 9.75e+02},
+     {0.000, 0.060, 0.037, 0.060, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.01, 1, 0, 0, {1.16e+00, 4.34e-06, 2.07e-03, 4.34e-03, 9.75e+02},
+     {0.000, 0.065, -0.100, 0.065, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.1, 1, 0, 0, {4.30e-01, 4.01e-06, 8.77e-04, 4.01e-03, 9.75e+02},
+     {0.000, -0.095, -0.017, -0.095, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.001, 1, 0, 0, {5.26e-01, 2.72e-05, 3.03e-03, 2.72e-02, 1.80e+04},
+     {0.000, -0.020, 0.055, -0.020, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.003, 1, 0, 0, {5.81e-01, 1.31e-05, 1.99e-03, 1.31e-02, 1.13e+04},
+     {0.000, 0.060, 0.037, 0.060, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.01, 1, 0, 0, {1.16e+00, 7.33e-06, 1.08e-03, 7.33e-03, 4.87e+03},
+     {0.000, 0.065, -0.100, 0.065, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.1, 1, 0, 0, {4.30e-01, 4.39e-06, 5.83e-04, 4.39e-03, 2.40e+03},
+     {0.000, -0.095, -0.017, -0.095, 0.000, 0.000}},
 };
 static const double sss_dipole__slopes[SSS_DIPOLE_METHOD_COUNT][SSS_DIPOLE__QUANTITIES][SSS_DIPOLE__FEATURES] = {
     // lambert
@@ -4507,7 +4527,7 @@ static double sss_dipole__curve(const sss_dipole__variant *v, int quantity, cons
     int i;
     for (i = 0; i < SSS_DIPOLE__FEATURES; i++)
     {
-        exponent += slopes[i] * t->feature[i];
+        exponent += (slopes[i] + (quantity == SSS_DIPOLE__ERROR ? v->lean[i] : 0.0)) * t->feature[i];
     }
     return sss_dipole__law(v, quantity, t) * v->scale[quantity] * exp(exponent);
 }

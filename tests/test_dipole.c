@@ -3894,8 +3894,8 @@ static void an_unknown_mesh_is_a_fine_one(void)
 
 static void the_models_own_error_is_predicted(void)
 {   // Oracle: exact reflectances of half spaces and slabs at normal incidence (Chandrasekhar's H function;
-    // adding-doubling), against the dipole's closed form: the prediction knows tables and images, and for slabs is within
-    // a factor of two.
+    // adding-doubling), against the dipole's closed form: the prediction knows tables and images, and for slabs is
+    // within a factor of two.
     static const struct
     {
         double alpha, eta, thickness, exact; // exact: diffuse reflectance over 1 - F0

@@ -6,6 +6,7 @@ enum
 };
 
 static const double RIDGE = 1.0;    // a slope of 1 costs as much as a factor e at one run
+static const double LEAN_RIDGE = 1.0;
 static const double ROUNDING = 1.01; // constants are printed with three digits: errors are rounded up
 
 int ranked_method(const measured_run *run)
@@ -196,46 +197,72 @@ static void add(equations *s, size_t variant_count, int features, const observat
     }
 }
 
-// One quantity of one method.
-static void fit_quantity(const measured *m, long without, const sss_dipole__traits *traits, int method, int quantity,
-                         fitted *f)
+// What the method's slopes leave of ln y.
+static double left_over(const fitted *f, const observation *o, int method, int quantity)
+{
+    const sss_dipole__variant *const v = &f->variants[o->variant];
+    double left = o->y - log(v->scale[quantity]);
+    for (int k = 0; k < SSS_DIPOLE__FEATURES; ++k)
+    {
+        left -= (f->slopes[method][quantity][k] + (quantity == SSS_DIPOLE__ERROR ? v->lean[k] : 0.0)) * o->feature[k];
+    }
+    return left;
+}
+
+// The runs of a method, one after the other, from *i on; 0 at the end.
+static int next(const measured *m, long without, const sss_dipole__traits *traits, int method, int quantity,
+                const fitted *f, size_t *i, observation *o)
+{
+    for (; *i < m->run_count; ++*i)
+    {
+        const measured_run *const run = &m->runs[*i];
+        if ((long)run->which != without && ranked_method(run) == method && observe(f, traits, run, quantity, o))
+        {
+            ++*i;
+            return 1;
+        }
+    }
+    return 0;
+}
+
+// How a knob's errors lean away from those of its method: the same fit, to what is left.
+static void fit_lean(const measured *m, long without, const sss_dipole__traits *traits, int method, size_t variant,
+                     fitted *f)
 {
     static equations s;
-    const int features = feature_count(quantity);
     observation o;
-    double worst[VARIANTS_MAX] = {0.0}, sum = 0.0, count = 0.0;
     memset(&s, 0, sizeof s);
-    s.n = f->variant_count + (size_t)features;
-    for (size_t i = 0; i < s.n; ++i)
+    s.n = 1 + SSS_DIPOLE__FEATURES;
+    for (size_t k = 0; k < s.n; ++k)
     {
-        s.a[i][i] = i < f->variant_count ? 1e-12 : RIDGE;
+        s.a[k][k] = k == 0 ? 1e-12 : LEAN_RIDGE;
     }
-    for (size_t i = 0; i < m->run_count; ++i)
+    for (size_t i = 0; next(m, without, traits, method, SSS_DIPOLE__ERROR, f, &i, &o);)
     {
-        const measured_run *const run = &m->runs[i];
-        if ((long)run->which != without && ranked_method(run) == method && observe(f, traits, run, quantity, &o))
+        if (o.variant == variant)
         {
-            add(&s, f->variant_count, features, &o);
+            o.y = left_over(f, &o, method, SSS_DIPOLE__ERROR);
+            o.variant = 0;
+            add(&s, 1, SSS_DIPOLE__FEATURES, &o);
         }
     }
     solve(&s);
-    memcpy(f->slopes[method][quantity], s.b + f->variant_count, (size_t)features * sizeof(double));
-    for (size_t i = 0; i < m->run_count; ++i)
+    f->variants[variant].scale[SSS_DIPOLE__ERROR] *= exp(s.b[0]);
+    memcpy(f->variants[variant].lean, s.b + 1, sizeof f->variants[variant].lean);
+}
+
+// The scatter that is left, and what raises errors over all of it.
+static void measure_scatter(const measured *m, long without, const sss_dipole__traits *traits, int method,
+                            int quantity, fitted *f)
+{
+    double worst[VARIANTS_MAX] = {0.0}, sum = 0.0, count = 0.0;
+    observation o;
+    for (size_t i = 0; next(m, without, traits, method, quantity, f, &i, &o);)
     {
-        const measured_run *const run = &m->runs[i];
-        if ((long)run->which == without || ranked_method(run) != method || !observe(f, traits, run, quantity, &o))
-        {
-            continue;
-        }
-        double left = o.y - s.b[o.variant];
-        for (int k = 0; k < features; ++k)
-        {
-            left -= f->slopes[method][quantity][k] * o.feature[k];
-        }
+        const double left = left_over(f, &o, method, quantity);
         worst[o.variant] = fmax(worst[o.variant], left);
         sum += left * left;
         count += 1.0;
-        f->variants[o.variant].scale[quantity] = exp(s.b[o.variant]);
     }
     f->scatter[method][quantity] = count > 0.0 ? sqrt(sum / count) : 0.0;
     for (size_t v = 0; v < f->variant_count && quantity == SSS_DIPOLE__ERROR; ++v)
@@ -246,6 +273,39 @@ static void fit_quantity(const measured *m, long without, const sss_dipole__trai
             f->variants[v].scale[quantity] *= f->safety[v];
         }
     }
+}
+
+// One quantity of one method.
+static void fit_quantity(const measured *m, long without, const sss_dipole__traits *traits, int method, int quantity,
+                         fitted *f)
+{
+    static equations s;
+    const int features = feature_count(quantity);
+    observation o;
+    memset(&s, 0, sizeof s);
+    s.n = f->variant_count + (size_t)features;
+    for (size_t i = 0; i < s.n; ++i)
+    {
+        s.a[i][i] = i < f->variant_count ? 1e-12 : RIDGE;
+    }
+    for (size_t i = 0; next(m, without, traits, method, quantity, f, &i, &o);)
+    {
+        add(&s, f->variant_count, features, &o);
+    }
+    solve(&s);
+    memcpy(f->slopes[method][quantity], s.b + f->variant_count, (size_t)features * sizeof(double));
+    for (size_t i = 0; next(m, without, traits, method, quantity, f, &i, &o);)
+    {
+        f->variants[o.variant].scale[quantity] = exp(s.b[o.variant]);
+    }
+    for (size_t v = 0; v < f->variant_count && quantity == SSS_DIPOLE__ERROR; ++v)
+    {
+        if ((int)f->variants[v].method == method)
+        {
+            fit_lean(m, without, traits, method, v, f);
+        }
+    }
+    measure_scatter(m, without, traits, method, quantity, f);
 }
 
 int fit_curves(const measured *m, long without, fitted *out)
@@ -287,14 +347,17 @@ static double rounded(double x)
 
 static void print_variants(const fitted *f)
 {
-    printf("// Method, tolerance, density, directions, storage, then the scales of error, s, ms, ms and bytes.\n"
+    printf("// Method, tolerance, density, directions, storage, then the scales of error, s, ms, ms and bytes;\n"
+           "// below how its error leans.\n"
            "static const sss_dipole__variant sss_dipole__variants[] = {\n");
     for (size_t i = 0; i < f->variant_count; ++i)
     {
         const sss_dipole__variant *const v = &f->variants[i];
-        printf("    {SSS_DIPOLE_METHOD_%s, %g, %.6g, %d, %d, {%.2e, %.2e, %.2e, %.2e, %.2e}},\n",
+        printf("    {SSS_DIPOLE_METHOD_%s, %g, %.6g, %d, %d, {%.2e, %.2e, %.2e, %.2e, %.2e},\n"
+               "     {%.3f, %.3f, %.3f, %.3f, %.3f, %.3f}},\n",
                identifiers[v->method], v->tolerance, v->density, v->directions, v->storage, v->scale[0], v->scale[1],
-               v->scale[2], v->scale[3], v->scale[4]);
+               v->scale[2], v->scale[3], v->scale[4], rounded(v->lean[0]), rounded(v->lean[1]), rounded(v->lean[2]),
+               rounded(v->lean[3]), rounded(v->lean[4]), rounded(v->lean[5]));
     }
     printf("};\n");
 }
