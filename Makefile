@@ -4,7 +4,7 @@
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
 #   tests/chart/*.c   -> build/libchart.a    tests/chart/measure/*.c -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/chart/hao/*.c -> build/tests/chart/hao
-#   tests/chart/truth/*.c -> build/tests/chart/truth
+#   tests/chart/truth/*.c -> build/tests/chart/truth    tests/chart/choice/*.c -> build/tests/chart/choice
 #   tests/stability/X/*.c with tests/stability/*.c -> build/tests/stability/X
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
@@ -24,12 +24,14 @@ MERTENS         := $(B)/tests/chart/mertens
 STABILITY       := $(patsubst tests/stability/%/,$(B)/tests/stability/%,$(wildcard tests/stability/*/))
 CHART_HAO       := $(B)/tests/chart/hao
 TRUTH           := $(B)/tests/chart/truth
+CHOICE          := $(B)/tests/chart/choice
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
 LIBCHART_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
 CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/measure/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
+CHOICE_OBJECTS        := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/choice/*.c))
 CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
 TRUTH_OBJECTS         := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/truth/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
@@ -41,7 +43,7 @@ DRAGON          := $(B)/models/dragon.ply
 .SECONDARY:
 .PHONY: all help demo demo-run test test-run setup chart truth mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH)
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH) $(CHOICE)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -158,7 +160,8 @@ endef
 $(foreach folder,$(notdir $(STABILITY)),$(eval $(call of_stability,$(folder))))
 $(CHART_HAO): $(CHART_HAO_OBJECTS)
 $(TRUTH): $(TRUTH_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH): $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
+$(CHOICE): $(CHOICE_OBJECTS)
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH) $(CHOICE): $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 

@@ -500,6 +500,44 @@ SSS_DIPOLE_API sss_result sss_dipole_lambert(const sss_profile *profile, const f
 
 // ---- 6. What a scene needs ----
 
+// What is done again from frame to frame: bits of sss_dipole_scene.changes.
+enum
+{
+    SSS_DIPOLE_CHANGES_LIGHT = 1,
+    SSS_DIPOLE_CHANGES_GEOMETRY = 2, // vertices move, triangles stay
+    SSS_DIPOLE_CHANGES_MATERIAL = 4
+};
+
+// The light that the irradiance comes from.
+typedef enum sss_dipole_lighting
+{
+    SSS_DIPOLE_LIGHTING_ANY = 0, // shadow edges may cross the surface
+    SSS_DIPOLE_LIGHTING_DISTANT, // distant lights that cast no shadow
+    SSS_DIPOLE_LIGHTING_EVEN     // from all around
+} sss_dipole_lighting;
+
+// Which readings of the dipole on curved surfaces will do.
+typedef enum sss_dipole_geometries
+{
+    SSS_DIPOLE_EITHER_GEOMETRY = 0,
+    SSS_DIPOLE_ONLY_DISTANCE,
+    SSS_DIPOLE_ONLY_PLACED
+} sss_dipole_geometries;
+
+// Ways to radiosity, of all headers. Where two predictions are equal the earlier one is taken.
+typedef enum sss_dipole_method
+{
+    SSS_DIPOLE_METHOD_LAMBERT = 0, // sss_dipole_lambert; no scattering, so of either geometry
+    SSS_DIPOLE_METHOD_DIRECT,      // sss_dipole_gather_*, distance only
+    SSS_DIPOLE_METHOD_POINTS,      // the same with point_sampling, from a copy of the mesh thinned to `density`
+    SSS_DIPOLE_METHOD_PLACED,      // sss_dipole_gather_* with SSS_DIPOLE_PLACED
+    SSS_DIPOLE_METHOD_BEM,         // sss_bem_shade, placed
+    SSS_DIPOLE_METHOD_BEM_RENDER,  // sss_bem_update and sss_bem_render, placed
+    SSS_DIPOLE_METHOD_HAO          // sss_hao_relight_*, distance only
+} sss_dipole_method;
+
+#define SSS_DIPOLE_METHOD_COUNT 7 // rises as headers join
+
 typedef struct sss_dipole_scene
 {
     double size_mm;      // largest extent of the object; required, > 0
@@ -508,6 +546,21 @@ typedef struct sss_dipole_scene
     double spacing_mm;   // mean edge length of the mesh; 0: unknown
     double pixel_mm;     // a pixel's width on the object; 0: unknown
     double tolerance;    // relative L2 error allowed, in (0, 1); 0: 1e-2
+    // For the ranking.
+    size_t vertex_count;              // 0: half the triangles
+    size_t triangle_count;            // 0: from area_mm2 and spacing_mm, or else from the advised spacing
+    double volume_mm3;                // of a closed mesh; 0: unknown, taken as a sphere's of this area
+    unsigned changes;                 // bits SSS_DIPOLE_CHANGES_*; 0: a still picture
+    sss_dipole_lighting lighting;     // 0: any
+    sss_dipole_geometries geometries; // 0: either
+    unsigned left_out;                // bits 1u << sss_dipole_method: methods not to be ranked; 0: none
+    int threads;                      // that share the work; 0: 1
+    double speed;                     // of one thread here over one of the chart's machine; 0: 1
+    double frame_budget_ms;           // for what changes; a still picture has none; 0: none
+    double precompute_budget_s;       // for what does not; 0: none
+    double memory_budget;             // bytes held between frames; 0: none
+    double lambert_error;             // relative L2 error of Lambert where it is known: sss_dipole_lambert_error;
+                                      // 0: predicted
 } sss_dipole_scene;
 
 typedef enum sss_dipole_need
@@ -516,6 +569,23 @@ typedef enum sss_dipole_need
     SSS_DIPOLE_NEED_LOCAL,       // a neighbourhood of radius_mm is enough
     SSS_DIPOLE_NEED_GLOBAL       // light crosses the object: every part matters
 } sss_dipole_need;
+
+// One method with the knob at which it is cheapest within the tolerance; if it has none, at its most accurate one.
+typedef struct sss_dipole_choice
+{
+    sss_dipole_method method;
+    double tolerance;       // options.tolerance to give it; 0: it has none, or its default
+    double density;         // share of the mesh's triangles to gather from; 1: the mesh as it is
+    size_t directions;      // hao: options.directions; 0: none
+    int storage;            // hao: options.storage, a sss_hao_storage
+    double predicted_error; // relative L2, against the converged integral of its own geometry
+    double precompute_s;    // once
+    double frame_ms;        // for every light
+    double rebuild_ms;      // for every change of geometry or material, besides frame_ms
+    double bytes;           // held between frames
+    double cost_ms;         // what counts: a still picture precompute_s and frame_ms; else what changes does again
+    int meets;              // 1: tolerance and budgets are met
+} sss_dipole_choice;
 
 typedef struct sss_dipole_advice
 {
@@ -528,18 +598,42 @@ typedef struct sss_dipole_advice
     double spacing_error;    // predicted relative L2 error of plain point sampling at the scene's spacing; 0: unknown
     double sample_count;     // triangles of that edge length on the area: area / (sqrt(3)/4 spacing^2)
     char reason[160];        // one line, English
+    // Methods, the one to take first: those that meet tolerance and budgets by cost, then those that meet the budgets
+    // by error, then the rest by cost.
+    sss_dipole_choice ranking[SSS_DIPOLE_METHOD_COUNT];
+    size_t ranking_count;     // at least 1, unless all are left out
+    int extrapolated;         // 1: a size, mesh or material beyond the chart's; predictions are of its nearest
+    double model_error;       // predicted relative error of the dipole model itself: of the total reflectance, which no
+                              // method can make less; not in the ranking's errors
+    char ranking_reason[240]; // one line, English: what ranking[0] is taken for
 } sss_dipole_advice;
 
-// Fills in what a mesh tells of a scene: size, area, spacing (mean length of all triangles' edges). The rest is 0.
+// Fills in what a mesh tells of a scene: size, area, spacing (mean length of all triangles' edges), counts, and the
+// volume where the mesh is closed (its area vectors cancel). The rest is 0.
 // SSS_ERROR_INVALID_ARGUMENT, _EMPTY, _INDEX, _OVERFLOW.
 SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_scene *out);
 
+// Measures what sss_dipole_needs can only predict: the relative L2 error of Lambert for one irradiance, in the
+// middle of some triangles, area-weighted, against the direct gather (distance only), to within 1e-3. Not at
+// vertices, where a coarse mesh has corners that are the mesh's and not the object's.
+//   irradiance  [V][3], W/mm^2;   count  triangles, spread over their order; 0: 100;   hooks  may be NULL
+//   error       0 without light. It costs as much as `count` vertices of a direct gather
+// Allocates. All errors of the gather; *error is then untouched.
+SSS_DIPOLE_API sss_result sss_dipole_lambert_error(const sss_mesh *mesh, const sss_profile *profile,
+                                                   const float *irradiance, size_t count, const sss_hooks *hooks,
+                                                   double *error);
+
 // Says whether scattering is visible at all, whether it is local, whether light crosses the object, and what
-// radius and sampling are needed: the worst of the three channels decides. How the numbers are predicted is
+// radius and sampling are needed: the worst of the three channels decides. How these numbers are predicted is
 // said at the implementation; tests/test_dipole.c compares them with measured errors.
+//   Then it ranks the methods of all headers: error, times and bytes from curves that are fitted to the measured runs
+// of tests/chart/chart.csv. No clock is read. tests/chart/choice holds the choice against every run of the chart.
 // SSS_ERROR_INVALID_ARGUMENT: null, non-finite or out of range.
 SSS_DIPOLE_API sss_result sss_dipole_needs(const sss_profile *profile, const sss_dipole_scene *scene,
                                            sss_dipole_advice *out);
+
+// "lambert", "direct", "direct-points", "direct-placed", "bem", "bem-render", "hao", as in chart.csv; NULL for others.
+SSS_DIPOLE_API const char *sss_dipole_method_name(sss_dipole_method method);
 
 // ---- 7. GLSL ----
 
@@ -4167,14 +4261,25 @@ static int sss_dipole__valid_scene(const sss_dipole_scene *s)
 {
     const double lengths[5] = {s->size_mm, s->thickness_mm, s->area_mm2, s->spacing_mm, s->pixel_mm};
     int i;
+    const double limits[5] = {s->volume_mm3, s->speed, s->frame_budget_ms, s->precompute_budget_s, s->memory_budget};
+    const double errors[2] = {s->tolerance, s->lambert_error};
     for (i = 0; i < 5; i++)
     {
-        if (!sss_dipole__in_range(lengths[i], 0.0, 1e100))
+        if (!sss_dipole__in_range(lengths[i], 0.0, 1e100) || !sss_dipole__in_range(limits[i], 0.0, 1e300))
         {
             return 0;
         }
     }
-    return s->size_mm > 0.0 && s->tolerance >= 0.0 && s->tolerance < 1.0;
+    for (i = 0; i < 2; i++)
+    {
+        if (!sss_dipole__finite(errors[i]) || errors[i] < 0.0)
+        {
+            return 0;
+        }
+    }
+    return s->size_mm > 0.0 && s->tolerance < 1.0 && s->threads >= 0 && s->changes <= 7u
+           && s->lighting >= SSS_DIPOLE_LIGHTING_ANY && s->lighting <= SSS_DIPOLE_LIGHTING_EVEN
+           && s->geometries >= SSS_DIPOLE_EITHER_GEOMETRY && s->geometries <= SSS_DIPOLE_ONLY_PLACED;
 }
 
 static void sss_dipole__advise_channel(const sss_profile *p, int i, const sss_dipole_scene *s, double tolerance,
@@ -4248,17 +4353,578 @@ static void sss_dipole__decide(const sss_profile *p, const sss_dipole_scene *s, 
     }
 }
 
+// Where the area vectors of all triangles come to more than this share of the area, the mesh is open.
+#define SSS_DIPOLE__OPEN 1e-3
+
+// ---- the error of the model ----
+
+// Relative error of the dipole's total reflectance on a half space, normal incidence, against the exact solution
+// (Chandrasekhar's H function with Fresnel feedback, isotropic scattering; 7 digits), and none at alpha' = 1.
+#define SSS_DIPOLE__ALBEDOS 12
+static const double sss_dipole__albedos[SSS_DIPOLE__ALBEDOS] = {0.1,  0.3,  0.5,  0.7,   0.8,   0.9,
+                                                               0.95, 0.98, 0.99, 0.995, 0.999, 1.0};
+static const double sss_dipole__etas[3] = {1.0, 1.3, 1.5};
+static const double sss_dipole__albedo_errors[3][SSS_DIPOLE__ALBEDOS] = {
+    {-0.3442, -0.2953, -0.2380, -0.1672, -0.1236, -0.0708, -0.0386, -0.0162, -0.0080, -0.0037, -0.0004, 0.0},
+    {0.1797, 0.1867, 0.1737, 0.1276, 0.0861, 0.0291, -0.0028, -0.0174, -0.0182, -0.0158, -0.0087, 0.0},
+    {0.6550, 0.6459, 0.5963, 0.4734, 0.3636, 0.1992, 0.0891, 0.0172, -0.0036, -0.0105, -0.0092, 0.0}};
+
+// Linear in sqrt(1 - alpha'), in which totals are smooth at 1 (sigma_tr z_r = sqrt(3 (1 - alpha'))), and in eta.
+static double sss_dipole__albedo_error(double alpha_p, double eta)
+{
+    const int e = eta > sss_dipole__etas[1];
+    const double low = sss_dipole__etas[e], high = sss_dipole__etas[e + 1];
+    const double t = sss_dipole__min(1.0, sss_dipole__max(0.0, (eta - low) / (high - low)));
+    const double u = sqrt(1.0 - sss_dipole__max(alpha_p, sss_dipole__albedos[0]));
+    double u_i, u_j, s;
+    int i = 0;
+    while (i < SSS_DIPOLE__ALBEDOS - 2 && alpha_p > sss_dipole__albedos[i + 1])
+    {
+        i++;
+    }
+    u_i = sqrt(1.0 - sss_dipole__albedos[i]);
+    u_j = sqrt(1.0 - sss_dipole__albedos[i + 1]);
+    s = (u_i - u) / (u_i - u_j);
+    return (1.0 - t) * ((1.0 - s) * sss_dipole__albedo_errors[e][i] + s * sss_dipole__albedo_errors[e][i + 1])
+           + t * ((1.0 - s) * sss_dipole__albedo_errors[e + 1][i] + s * sss_dipole__albedo_errors[e + 1][i + 1]);
+}
+
+// The reflectance of a slab of thickness d over that of the half space, by all images of the dipole: with z_b =
+// (z_v - z_r)/2, sinh(s (d + z_b - z_r))/sinh(s (d + 2 z_b)) exp(s (z_r + z_b)). A slab so thin that the real source
+// lies beyond its other side's image is outside diffusion: the floor stands for "far off".
+#define SSS_DIPOLE__THINNEST 0.1
+static double sss_dipole__slab_ratio(double sigma, double z_r, double z_v, double d)
+{
+    const double z_b = 0.5 * (z_v - z_r), a = d + z_b - z_r, b = d + 2.0 * z_b;
+    const double ratio = sigma * b > 1e-12 ? expm1(-2.0 * sigma * a) / expm1(-2.0 * sigma * b) : a / b;
+    return sss_dipole__max(SSS_DIPOLE__THINNEST, ratio);
+}
+
+// Of both, as a root mean square over the channels, each with its radiosity's weight. thickness: as given, or the mean
+// one of a closed mesh, 2 volume/area, or else the size.
+static double sss_dipole__model_error(const sss_profile *p, const sss_dipole_scene *s)
+{
+    const double mean = s->volume_mm3 > 0.0 && s->area_mm2 > 0.0 ? 2.0 * s->volume_mm3 / s->area_mm2 : s->size_mm;
+    const double thickness = s->thickness_mm > 0.0 ? s->thickness_mm : mean;
+    double sum = 0.0, weight = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        const double R = sss_dipole_total(p, i);
+        if (R > 0.0)
+        {
+            const double slab = sss_dipole__slab_ratio(p->sigma_tr[i], p->z_r[i], p->z_v[i], thickness);
+            const double error = (1.0 + sss_dipole__albedo_error(p->alpha_p[i], p->eta)) / slab - 1.0;
+            sum += R * R * error * error;
+            weight += R * R;
+        }
+    }
+    return weight > 0.0 ? sqrt(sum / weight) : 0.0;
+}
+
+// ---- the ranking ----
+
+// What a curve predicts. Each is a law times the variant's scale times exp(slopes . features).
+enum
+{
+    SSS_DIPOLE__ERROR = 0,
+    SSS_DIPOLE__PRECOMPUTE, // s
+    SSS_DIPOLE__FRAME,      // ms
+    SSS_DIPOLE__REBUILD,    // ms
+    SSS_DIPOLE__BYTES,
+    SSS_DIPOLE__QUANTITIES,
+    SSS_DIPOLE__FEATURES = 6
+};
+
+// A method with its knob, as the chart has run it. How errors depend on the features differs from knob to knob.
+typedef struct sss_dipole__variant
+{
+    sss_dipole_method method;
+    double tolerance, density;
+    int directions, storage;
+    double scale[SSS_DIPOLE__QUANTITIES];
+    double lean[SSS_DIPOLE__FEATURES]; // added to the slopes of the error
+} sss_dipole__variant;
+
+// ---- BEGIN measured curves: tests/chart/choice/fit.sh --write makes these lines from tests/chart/chart.csv ----
+// 126 runs on 6 cases
+// Method, tolerance, density, directions, storage, then the scales of error, s, ms, ms and bytes;
+// below how its error leans.
+static const sss_dipole__variant sss_dipole__variants[] = {
+    {SSS_DIPOLE_METHOD_LAMBERT, 0, 1, 0, 0, {2.16e+00, 0.00e+00, 8.46e-05, 0.00e+00, 0.00e+00},
+     {0.000, 0.023, -0.052, 0.023, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.0001, 1, 0, 0, {5.38e-01, 6.15e-07, 2.25e-06, 6.15e-04, 1.91e+02},
+     {0.000, -0.082, -0.101, -0.082, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.001, 1, 0, 0, {7.88e-01, 5.93e-07, 1.81e-06, 5.93e-04, 1.91e+02},
+     {0.000, 0.026, -0.166, 0.026, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.01, 1, 0, 0, {2.42e-01, 5.78e-07, 1.73e-06, 5.78e-04, 1.91e+02},
+     {0.000, 0.175, -0.011, 0.175, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 1, 0, 0, {8.00e-01, 5.38e-07, 1.80e-06, 5.38e-04, 4.63e+01},
+     {0.000, 0.363, 0.199, 0.363, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.25, 0, 0, {3.08e+00, 2.37e-06, 2.05e-06, 2.37e-03, 4.72e+01},
+     {0.000, -0.064, 0.003, -0.064, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.0625, 0, 0, {1.11e+00, 8.08e-07, 1.92e-06, 8.08e-04, 5.05e+01},
+     {0.000, -0.153, -0.120, -0.153, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.015625, 0, 0, {7.68e-01, 1.22e-06, 2.10e-06, 1.22e-03, 6.56e+01},
+     {0.000, -0.135, -0.165, -0.135, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_PLACED, 0.001, 1, 0, 0, {5.61e-01, 6.15e-07, 3.41e-06, 6.15e-04, 1.91e+02},
+     {0.000, 0.087, -0.233, 0.087, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_PLACED, 0.01, 1, 0, 0, {1.52e-01, 6.03e-07, 3.27e-06, 6.03e-04, 1.91e+02},
+     {0.000, 0.104, -0.192, 0.104, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.001, 1, 0, 0, {5.26e-01, 6.25e-06, 6.58e-03, 6.25e-03, 9.75e+02},
+     {0.000, -0.020, 0.055, -0.020, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.003, 1, 0, 0, {5.81e-01, 4.77e-06, 3.48e-03, 4.77e-03, 9.75e+02},
+     {0.000, 0.060, 0.037, 0.060, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.01, 1, 0, 0, {1.16e+00, 4.34e-06, 2.07e-03, 4.34e-03, 9.75e+02},
+     {0.000, 0.065, -0.100, 0.065, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.1, 1, 0, 0, {4.30e-01, 4.01e-06, 8.77e-04, 4.01e-03, 9.75e+02},
+     {0.000, -0.095, -0.017, -0.095, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.001, 1, 0, 0, {5.26e-01, 2.72e-05, 3.03e-03, 2.72e-02, 1.80e+04},
+     {0.000, -0.020, 0.055, -0.020, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.003, 1, 0, 0, {5.81e-01, 1.31e-05, 1.99e-03, 1.31e-02, 1.13e+04},
+     {0.000, 0.060, 0.037, 0.060, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.01, 1, 0, 0, {1.16e+00, 7.33e-06, 1.08e-03, 7.33e-03, 4.87e+03},
+     {0.000, 0.065, -0.100, 0.065, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.1, 1, 0, 0, {4.30e-01, 4.39e-06, 5.83e-04, 4.39e-03, 2.40e+03},
+     {0.000, -0.095, -0.017, -0.095, 0.000, 0.000}},
+};
+static const double sss_dipole__slopes[SSS_DIPOLE_METHOD_COUNT][SSS_DIPOLE__QUANTITIES][SSS_DIPOLE__FEATURES] = {
+    // lambert
+    {{0.000, 0.062, -0.025, 0.062, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, -0.037, -0.068, -0.037, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    // direct
+    {{0.000, 0.192, -0.242, 0.192, 0.000, 0.000},
+     {0.000, -0.047, 0.016, -0.047, 0.000, 0.000},
+     {0.000, -0.007, 0.016, -0.007, 0.000, 0.000},
+     {0.000, -0.047, 0.016, -0.047, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    // direct-points
+    {{0.000, -0.422, -0.449, -0.422, 0.000, 0.000},
+     {0.000, 0.014, -0.088, 0.014, 0.000, 0.000},
+     {0.000, 0.029, -0.170, 0.029, 0.000, 0.000},
+     {0.000, 0.014, -0.088, 0.014, 0.000, 0.000},
+     {0.000, 0.004, 0.003, 0.004, 0.000, 0.000}},
+    // direct-placed
+    {{0.000, 0.491, -0.215, 0.491, 0.000, 0.000},
+     {0.000, -0.019, -0.076, -0.019, 0.000, 0.000},
+     {0.000, -0.053, -0.012, -0.053, 0.000, 0.000},
+     {0.000, -0.019, -0.076, -0.019, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    // bem
+    {{0.000, -0.007, -0.040, -0.007, 0.000, 0.000},
+     {0.000, -0.060, 0.017, -0.060, 0.000, 0.000},
+     {0.000, -0.071, 0.189, -0.071, 0.000, 0.000},
+     {0.000, -0.060, 0.017, -0.060, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    // bem-render
+    {{0.000, -0.007, -0.040, -0.007, 0.000, 0.000},
+     {0.000, -0.085, 0.155, -0.085, 0.000, 0.000},
+     {0.000, -0.073, 0.045, -0.073, 0.000, 0.000},
+     {0.000, -0.085, 0.155, -0.085, 0.000, 0.000},
+     {0.000, -0.110, 0.130, -0.110, 0.000, 0.000}},
+    // hao
+    {{0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+};
+static const double sss_dipole__ranges[4][2] = {{1.248, 1.248}, {-3.909, -0.392}, {0.864, 3.617}, {0.270, 3.787}};
+// ---- END measured curves ----
+
+// All of it.
+typedef struct sss_dipole__curves
+{
+    const sss_dipole__variant *variants;
+    size_t variant_count;
+    const double (*slopes)[SSS_DIPOLE__QUANTITIES][SSS_DIPOLE__FEATURES]; // [SSS_DIPOLE_METHOD_COUNT]
+    const double (*ranges)[2];                                            // [4] of the first features, in the chart
+} sss_dipole__curves;
+
+// A tenth beyond the chart's border, in its logarithm, is still within.
+#define SSS_DIPOLE__BORDER 0.1
+
+// What the curves go by.
+typedef struct sss_dipole__traits
+{
+    const sss_profile *profile;
+    const sss_dipole__curves *curves;
+    double V, T;     // vertices, triangles
+    double h, size;  // mean edge, largest extent, mm
+    double lambert;  // predicted error of Lambert
+    double feature[SSS_DIPOLE__FEATURES];
+} sss_dipole__traits;
+
+// Means over the channels weighted by their total reflectance: of ln(z_r + z_v), how far light goes sideways, and of
+// sigma_tr.
+static void sss_dipole__mean_paths(const sss_profile *p, double *path, double *sigma)
+{
+    double sum = 0.0, weight = 0.0;
+    int i;
+    *sigma = 0.0;
+    for (i = 0; i < 3; i++)
+    {
+        const double R = sss_dipole_total(p, i);
+        if (R > 0.0)
+        {
+            sum += R * log(p->z_r[i] + p->z_v[i]);
+            *sigma += R * p->sigma_tr[i];
+            weight += R;
+        }
+    }
+    *path = weight > 0.0 ? exp(sum / weight) : 0.0;
+    *sigma = weight > 0.0 ? *sigma / weight : 0.0;
+}
+
+// Equilateral triangles of edge h cover sqrt(3)/4 h^2 each.
+static void sss_dipole__count_elements(const sss_dipole_scene *s, const sss_dipole_advice *a, sss_dipole__traits *t)
+{
+    const double unit = 0.25 * SSS_DIPOLE__SQRT3;
+    const double spacing = s->spacing_mm > 0.0 ? s->spacing_mm
+                                               : sss_dipole__min(s->size_mm, a->spacing_mm); // no mesh yet: a fine one
+    t->T = s->triangle_count > 0 ? (double)s->triangle_count
+                                 : sss_dipole__max(4.0, s->area_mm2 / (unit * spacing * spacing));
+    t->V = s->vertex_count > 0 ? (double)s->vertex_count : 0.5 * t->T;
+    t->h = s->spacing_mm > 0.0 ? s->spacing_mm : sqrt(s->area_mm2 / (unit * t->T));
+    t->size = s->size_mm;
+}
+
+// The features, ln of: V over ten thousand, edge over path, 1 + size sigma_tr, mean chord 4 volume/area over path; then
+// two that are 1 under distant light and under even light. Beyond what the chart has they stay at its border.
+static int sss_dipole__take_features(const sss_dipole_scene *s, double path, double sigma, sss_dipole__traits *t)
+{
+    const double ball = s->area_mm2 * sqrt(s->area_mm2) / (6.0 * sqrt(SSS_DIPOLE__PI));
+    const double chord = 4.0 * (s->volume_mm3 > 0.0 ? s->volume_mm3 : ball) / s->area_mm2;
+    int i, beyond = 0;
+    t->feature[0] = log(t->V / 1e4);
+    t->feature[1] = log(t->h / path);
+    t->feature[2] = log(1.0 + s->size_mm * sigma);
+    t->feature[3] = log(chord / path);
+    t->feature[4] = s->lighting == SSS_DIPOLE_LIGHTING_DISTANT ? 1.0 : 0.0;
+    t->feature[5] = s->lighting == SSS_DIPOLE_LIGHTING_EVEN ? 1.0 : 0.0;
+    for (i = 0; i < 4; i++)
+    {
+        const double x = t->feature[i], *range = t->curves->ranges[i];
+        t->feature[i] = sss_dipole__min(range[1], sss_dipole__max(range[0], x));
+        beyond |= x < range[0] - SSS_DIPOLE__BORDER || x > range[1] + SSS_DIPOLE__BORDER;
+    }
+    return beyond;
+}
+
+// Point samples at the spacing of a thinned copy; the worst channel.
+static double sss_dipole__points_error(const sss_dipole__traits *t, double density)
+{
+    const double spacing = t->h / sqrt(density);
+    const sss_profile *p = t->profile;
+    double worst = 0.0;
+    int i;
+    for (i = 0; i < 3; i++)
+    {
+        if (sss_dipole_total(p, i) > 0.0)
+        {
+            worst = sss_dipole__max(worst, sss_dipole__sampling_error_of(p->sigma_tr[i], p->z_r[i], p->z_v[i], spacing,
+                                                                         SSS_DIPOLE__SQRT3 * t->size));
+        }
+    }
+    return worst;
+}
+
+// What a quantity is proportional to, to first order: the features say how far it is not.
+static double sss_dipole__law(const sss_dipole__variant *v, int quantity, const sss_dipole__traits *t)
+{
+    const int gathers = v->method == SSS_DIPOLE_METHOD_DIRECT || v->method == SSS_DIPOLE_METHOD_POINTS
+                        || v->method == SSS_DIPOLE_METHOD_PLACED;
+    switch (quantity)
+    {
+    case SSS_DIPOLE__ERROR:
+        return v->method == SSS_DIPOLE_METHOD_LAMBERT  ? t->lambert
+               : v->method == SSS_DIPOLE_METHOD_POINTS ? sss_dipole__points_error(t, v->density)
+               : v->method == SSS_DIPOLE_METHOD_HAO    ? 1.0
+                                                       : v->tolerance;
+    case SSS_DIPOLE__FRAME:
+        return gathers ? t->V * t->T * v->density : t->V; // every pair; a bounded number of clusters or lights each
+    case SSS_DIPOLE__PRECOMPUTE:
+    case SSS_DIPOLE__REBUILD:
+        return v->method == SSS_DIPOLE_METHOD_LAMBERT ? 0.0 : gathers ? t->T : t->V;
+    case SSS_DIPOLE__BYTES:
+        return v->method == SSS_DIPOLE_METHOD_LAMBERT ? 0.0 : gathers ? t->T * v->density : t->V;
+    default: return 0.0;
+    }
+}
+
+static double sss_dipole__curve(const sss_dipole__variant *v, int quantity, const sss_dipole__traits *t)
+{
+    const double *slopes = t->curves->slopes[v->method][quantity];
+    double exponent = 0.0;
+    int i;
+    for (i = 0; i < SSS_DIPOLE__FEATURES; i++)
+    {
+        exponent += (slopes[i] + (quantity == SSS_DIPOLE__ERROR ? v->lean[i] : 0.0)) * t->feature[i];
+    }
+    return sss_dipole__law(v, quantity, t) * v->scale[quantity] * exp(exponent);
+}
+
+// The chart's integrals are without shadows. With them the error of hao's interpolation between lights is up to 2.7
+// times as large (tests/chart/hao/bars.csv: 198 directions, bunny of 20, 50, 100 mm: 2.0, 2.4, 2.6). Lambert's error
+// under a shadow edge is at least the one derived for it above.
+#define SSS_DIPOLE__SHADOWED 2.7
+static double sss_dipole__choice_error(const sss_dipole__variant *v, const sss_dipole_scene *s,
+                                       const sss_dipole__traits *t)
+{
+    const double error = sss_dipole__curve(v, SSS_DIPOLE__ERROR, t);
+    if (v->method == SSS_DIPOLE_METHOD_LAMBERT)
+    {
+        return s->lambert_error > 0.0 ? s->lambert_error
+               : s->lighting == SSS_DIPOLE_LIGHTING_ANY ? sss_dipole__max(error, t->lambert) : error;
+    }
+    return v->method == SSS_DIPOLE_METHOD_HAO && s->lighting == SSS_DIPOLE_LIGHTING_ANY ? SSS_DIPOLE__SHADOWED * error
+                                                                                       : error;
+}
+
+static void sss_dipole__predict_choice(const sss_dipole__variant *v, const sss_dipole_scene *s,
+                                       const sss_dipole__traits *t, sss_dipole_choice *c)
+{
+    const double pace = (s->threads > 0 ? (double)s->threads : 1.0) * (s->speed > 0.0 ? s->speed : 1.0);
+    const unsigned again = SSS_DIPOLE_CHANGES_GEOMETRY | SSS_DIPOLE_CHANGES_MATERIAL;
+    memset(c, 0, sizeof *c);
+    c->method = v->method;
+    c->tolerance = v->tolerance;
+    c->density = v->density;
+    c->directions = (size_t)v->directions;
+    c->storage = v->storage;
+    c->predicted_error = sss_dipole__choice_error(v, s, t);
+    c->precompute_s = sss_dipole__curve(v, SSS_DIPOLE__PRECOMPUTE, t) / pace;
+    c->frame_ms = sss_dipole__curve(v, SSS_DIPOLE__FRAME, t) / pace;
+    c->rebuild_ms = sss_dipole__curve(v, SSS_DIPOLE__REBUILD, t) / pace;
+    c->bytes = sss_dipole__curve(v, SSS_DIPOLE__BYTES, t);
+    c->cost_ms = c->frame_ms + (s->changes == 0u ? 1e3 * c->precompute_s : s->changes & again ? c->rebuild_ms : 0.0);
+}
+
+// 0: meets tolerance and budgets, 1: budgets only, 2: over a budget.
+static int sss_dipole__standing(const sss_dipole_choice *c, const sss_dipole_scene *s)
+{
+    const int over = (s->frame_budget_ms > 0.0 && s->changes != 0u && c->cost_ms > s->frame_budget_ms)
+                     || (s->precompute_budget_s > 0.0 && c->precompute_s > s->precompute_budget_s)
+                     || (s->memory_budget > 0.0 && c->bytes > s->memory_budget);
+    return over ? 2 : c->predicted_error > s->tolerance;
+}
+
+static int sss_dipole__is_better(const sss_dipole_choice *a, const sss_dipole_choice *b, const sss_dipole_scene *s)
+{
+    const int of_a = sss_dipole__standing(a, s), of_b = sss_dipole__standing(b, s);
+    if (of_a != of_b)
+    {
+        return of_a < of_b;
+    }
+    return of_a == 1 ? a->predicted_error < b->predicted_error : a->cost_ms < b->cost_ms;
+}
+
+static int sss_dipole__may_rank(sss_dipole_method method, const sss_dipole_scene *s)
+{
+    const int placed = method == SSS_DIPOLE_METHOD_PLACED || method == SSS_DIPOLE_METHOD_BEM
+                       || method == SSS_DIPOLE_METHOD_BEM_RENDER;
+    return !(s->left_out >> (unsigned)method & 1u)
+           && (method == SSS_DIPOLE_METHOD_LAMBERT || s->geometries == SSS_DIPOLE_EITHER_GEOMETRY
+               || placed == (s->geometries == SSS_DIPOLE_ONLY_PLACED));
+}
+
+// One entry for each method, kept in order.
+static void sss_dipole__enter(const sss_dipole_choice *c, const sss_dipole_scene *s, sss_dipole_advice *a)
+{
+    size_t i = 0;
+    while (i < a->ranking_count && a->ranking[i].method != c->method)
+    {
+        i++;
+    }
+    if (i < a->ranking_count && !sss_dipole__is_better(c, &a->ranking[i], s))
+    {
+        return;
+    }
+    a->ranking_count += i == a->ranking_count;
+    for (; i > 0 && sss_dipole__is_better(c, &a->ranking[i - 1], s); i--)
+    {
+        a->ranking[i] = a->ranking[i - 1];
+    }
+    a->ranking[i] = *c;
+}
+
+static void sss_dipole__explain(const sss_dipole_scene *s, sss_dipole_advice *a)
+{
+    const sss_dipole_choice *first = &a->ranking[0];
+    const char *what = s->changes == 0u ? "for a still picture" : "a frame";
+    char rest[96] = "; no other method is ranked";
+    if (a->ranking_count == 0)
+    {
+        snprintf(a->ranking_reason, sizeof a->ranking_reason, "every method is left out");
+        return;
+    }
+    if (a->ranking_count > 1)
+    {
+        snprintf(rest, sizeof rest, "; next %s: %.2g, %.3g ms", sss_dipole_method_name(a->ranking[1].method),
+                 a->ranking[1].predicted_error, a->ranking[1].cost_ms);
+    }
+    snprintf(a->ranking_reason, sizeof a->ranking_reason, "%s %s: error %.2g (allowed %.2g), %.3g ms %s%s",
+             sss_dipole_method_name(first->method),
+             first->meets ? "is the cheapest that meets the tolerance"
+             : sss_dipole__standing(first, s) == 1 ? "misses the tolerance, nothing within the budgets comes closer"
+                                                   : "is the cheapest, over a budget like all others",
+             first->predicted_error, s->tolerance, first->cost_ms, what, rest);
+}
+
+// s has no zeros left that stand for defaults, save those of the ranking.
+static void sss_dipole__rank(const sss_profile *p, const sss_dipole_scene *s, const sss_dipole__curves *curves,
+                             sss_dipole_advice *a)
+{
+    sss_dipole__traits t;
+    double path, sigma;
+    size_t i;
+    memset(&t, 0, sizeof t);
+    t.profile = p;
+    t.curves = curves;
+    t.lambert = a->lambert_error;
+    sss_dipole__mean_paths(p, &path, &sigma);
+    sss_dipole__count_elements(s, a, &t);
+    if (path > 0.0) // or else nothing scatters: every law holds as it is, and Lambert is exact
+    {
+        a->extrapolated = sss_dipole__take_features(s, path, sigma, &t);
+    }
+    for (i = 0; i < curves->variant_count; i++)
+    {
+        sss_dipole_choice c;
+        if (sss_dipole__may_rank(curves->variants[i].method, s))
+        {
+            sss_dipole__predict_choice(&curves->variants[i], s, &t, &c);
+            c.meets = sss_dipole__standing(&c, s) == 0;
+            sss_dipole__enter(&c, s, a);
+        }
+    }
+    sss_dipole__explain(s, a);
+}
+
+SSS_DIPOLE_API const char *sss_dipole_method_name(sss_dipole_method method)
+{
+    switch (method)
+    {
+    case SSS_DIPOLE_METHOD_LAMBERT:    return "lambert";
+    case SSS_DIPOLE_METHOD_DIRECT:     return "direct";
+    case SSS_DIPOLE_METHOD_POINTS:     return "direct-points";
+    case SSS_DIPOLE_METHOD_PLACED:     return "direct-placed";
+    case SSS_DIPOLE_METHOD_BEM:        return "bem";
+    case SSS_DIPOLE_METHOD_BEM_RENDER: return "bem-render";
+    case SSS_DIPOLE_METHOD_HAO:        return "hao";
+    }
+    return NULL;
+}
+
+// The sum over the channels of what Lambert is off, and of what it is off from, at some vertices.
+static void sss_dipole__compare(const float *B, const float *lambert, const double *weights, size_t count,
+                                double *error)
+{
+    double off = 0.0, all = 0.0;
+    size_t i;
+    for (i = 0; i < 3 * count; i++)
+    {
+        const double d = (double)lambert[i] - (double)B[i];
+        off += weights[i / 3] * d * d;
+        all += weights[i / 3] * (double)B[i] * (double)B[i];
+    }
+    *error = all > 0.0 ? sqrt(off / all) : 0.0;
+}
+
+// Every step-th triangle: its middle, the mean of its corners' irradiance, its area; mesh units.
+static void sss_dipole__middles(const sss_mesh *mesh, const float *irradiance, size_t step, size_t count, float *x,
+                                float *E, double *areas)
+{
+    size_t i;
+    int c, k;
+    for (i = 0; i < count; i++)
+    {
+        const uint32_t *v = mesh->triangles + 3 * i * step;
+        double p[3][3], n[3];
+        sss_dipole__triangle(mesh, i * step, p);
+        sss_dipole__area_vector(p[0], p[1], p[2], n);
+        areas[i] = 0.5 * sqrt(sss_dipole__dot(n, n));
+        for (c = 0; c < 3; c++)
+        {
+            double light = 0.0;
+            for (k = 0; k < 3; k++)
+            {
+                light += (double)irradiance[3 * (size_t)v[k] + (size_t)c];
+            }
+            x[3 * i + (size_t)c] = (float)((p[0][c] + p[1][c] + p[2][c]) / 3.0);
+            E[3 * i + (size_t)c] = (float)(light / 3.0);
+        }
+    }
+}
+
+SSS_DIPOLE_API sss_result sss_dipole_lambert_error(const sss_mesh *mesh, const sss_profile *profile,
+                                                   const float *irradiance, size_t count, const sss_hooks *hooks,
+                                                   double *error)
+{
+    sss_dipole_gather_options options;
+    sss_dipole_receivers receivers;
+    sss_dipole_gather *gather = NULL;
+    double *weights;
+    float *x, *E, *B;
+    size_t step;
+    sss_result result;
+    if (irradiance == NULL || error == NULL)
+    {
+        return SSS_ERROR_INVALID_ARGUMENT;
+    }
+    memset(&options, 0, sizeof options);
+    options.tolerance = 1e-3;
+    result = sss_dipole_gather_create(mesh, profile, &options, hooks, &gather);
+    if (result != SSS_OK)
+    {
+        return result;
+    }
+    count = count > 0 ? count : 100;
+    count = count < mesh->triangle_count ? count : mesh->triangle_count;
+    step = mesh->triangle_count / count;
+    weights = (double *)sss_dipole__allocate(&gather->hooks, count * (sizeof *weights + 9 * sizeof *x));
+    if (weights == NULL)
+    {
+        sss_dipole_gather_free(gather);
+        return SSS_ERROR_OUT_OF_MEMORY;
+    }
+    x = (float *)(weights + count);
+    E = x + 3 * count;
+    B = E + 3 * count;
+    memset(&receivers, 0, sizeof receivers);
+    receivers.positions = x;
+    receivers.count = count;
+    result = sss_dipole_gather_set_irradiance(gather, SSS_DIPOLE_VERTICES, irradiance);
+    if (result == SSS_OK) // or else irradiance is not finite
+    {
+        sss_dipole__middles(mesh, irradiance, step, count, x, E, weights);
+        result = sss_dipole_gather_run(gather, &receivers, B);
+    }
+    result = result == SSS_OK ? sss_dipole_lambert(profile, E, count, E) : result;
+    if (result == SSS_OK)
+    {
+        sss_dipole__compare(B, E, weights, count, error);
+    }
+    sss_dipole__release(&gather->hooks, weights);
+    sss_dipole_gather_free(gather);
+    return result;
+}
+
 SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_scene *out)
 {
     const sss_result result = sss_dipole__check_mesh(mesh);
     double low[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    double area = 0.0, edges = 0.0, size = 0.0;
+    double area = 0.0, edges = 0.0, size = 0.0, volume = 0.0, open[3] = {0.0, 0.0, 0.0}, first[3];
     size_t t;
     int i, k;
     if (result != SSS_OK || out == NULL)
     {
         return result != SSS_OK ? result : SSS_ERROR_INVALID_ARGUMENT;
     }
+    sss_dipole__corner(mesh, 0, 0, first);
     for (t = 0; t < mesh->triangle_count; t++)
     {
         double p[3][3], n[3];
@@ -4275,6 +4941,8 @@ SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_sc
         area += 0.5 * sqrt(sss_dipole__dot(n, n));
         for (k = 0; k < 3; k++)
         {
+            open[k] += 0.5 * n[k];
+            volume += (p[0][k] - first[k]) * n[k] / 6.0; // divergence theorem
             edges += sss_dipole__distance(p[k], p[(k + 1) % 3]);
         }
     }
@@ -4283,6 +4951,12 @@ SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_sc
         size = sss_dipole__max(size, high[i] - low[i]);
     }
     memset(out, 0, sizeof *out);
+    out->vertex_count = mesh->vertex_count;
+    out->triangle_count = mesh->triangle_count;
+    if (sqrt(sss_dipole__dot(open, open)) <= SSS_DIPOLE__OPEN * area)
+    {
+        out->volume_mm3 = fabs(volume) * mesh->mm_per_unit * mesh->mm_per_unit * mesh->mm_per_unit;
+    }
     out->size_mm = size * mesh->mm_per_unit;
     out->area_mm2 = area * mesh->mm_per_unit * mesh->mm_per_unit;
     out->spacing_mm = edges / (3.0 * (double)mesh->triangle_count) * mesh->mm_per_unit;
@@ -4292,6 +4966,9 @@ SSS_DIPOLE_API sss_result sss_dipole_measure(const sss_mesh *mesh, sss_dipole_sc
 SSS_DIPOLE_API sss_result sss_dipole_needs(const sss_profile *profile, const sss_dipole_scene *scene,
                                            sss_dipole_advice *out)
 {
+    const sss_dipole__curves measured = {sss_dipole__variants,
+                                         sizeof sss_dipole__variants / sizeof sss_dipole__variants[0],
+                                         sss_dipole__slopes, sss_dipole__ranges};
     sss_dipole_scene s;
     sss_dipole_advice a;
     double tolerance;
@@ -4313,6 +4990,9 @@ SSS_DIPOLE_API sss_result sss_dipole_needs(const sss_profile *profile, const sss
     }
     a.sample_count = s.area_mm2 / (0.25 * SSS_DIPOLE__SQRT3 * a.spacing_mm * a.spacing_mm);
     sss_dipole__decide(profile, &s, tolerance, &a);
+    a.model_error = sss_dipole__model_error(profile, scene);
+    s.tolerance = tolerance;
+    sss_dipole__rank(profile, &s, &measured, &a);
     *out = a;
     return SSS_OK;
 }

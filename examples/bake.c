@@ -57,11 +57,12 @@ static const double MOST_PAIRS = 2e10, NEAR_PAIRS = 2e4;
 typedef struct options
 {
     const char *in, *method, *material, *out, *png, *dump, *dump_irradiance, *irradiance, *geometry, *exit;
-    const char *atlas, *atlas_png, *atlas_method, *atlas_values, *storage, *cache;
+    const char *atlas, *atlas_png, *atlas_method, *atlas_values, *storage, *cache, *changes;
     const char *program, *chart_folder;
     double sigma_s[3], sigma_a[3], albedo[3], mfp[3]; // NaN: not given
     double eta, size_mm, mm_per_unit, tolerance, guard, exposure, roughness, floor, soft, azimuth, elevation, zoom;
-    double ambient[3], background[3];
+    double ambient[3], background[3], budget_ms;
+    unsigned changing; // of --changes
     int width, height, threads, reference, atlas_size, directions, references, order; // 0: not given
     int no_shadows, report, chart, help;
     lights lights;
@@ -120,12 +121,16 @@ static const char usage_after_materials[] =
     "method\n";
 
 static const char usage_after_methods[] =
-    "  --geometry distance|placed   where the dipole sits: by distance only, or at the receiver (distance; bem\n"
-    "                          only places, hao only knows distance)\n"
+    "  --geometry distance|placed|either   where the dipole sits: by distance only, or at the receiver (distance,\n"
+    "                          auto: either; bem only places, hao only knows distance)\n"
     "  --tolerance T           relative L2 error allowed (0.001 direct, 0.01 bem and auto, 0.005 the sums of hao)\n"
     "  --guard G               bem: no source gives more than it does G of its depth away, G in [0,1] (1); 0: no\n"
     "                          guard\n"
     "  --threads N             (all processors)\n"
+    "auto\n"
+    "  --changes LIST          light, geometry, material: what will be computed again, so that only its time counts\n"
+    "                          (nothing: a still picture)\n"
+    "  --budget-ms T           for each time that something changes\n"
     "hao\n"
     "  --directions N          lights in advance, 4 to 4098 (198)\n"
     "  --storage references|harmonics|table|float|vectors   how integrals are kept (references)\n"
@@ -289,7 +294,8 @@ static int parse_plain(options *o, const char *name, const char *value)
                  {"--dump", &o->dump}, {"--dump-irradiance", &o->dump_irradiance}, {"--irradiance", &o->irradiance},
                  {"--geometry", &o->geometry}, {"--exit", &o->exit}, {"--atlas", &o->atlas},
                  {"--atlas-png", &o->atlas_png}, {"--atlas-method", &o->atlas_method},
-                 {"--atlas-values", &o->atlas_values}, {"--storage", &o->storage}, {"--cache", &o->cache}};
+                 {"--atlas-values", &o->atlas_values}, {"--storage", &o->storage}, {"--cache", &o->cache},
+                 {"--changes", &o->changes}};
     const struct
     {
         const char *name;
@@ -297,7 +303,7 @@ static int parse_plain(options *o, const char *name, const char *value)
         double low, high;
     } numbers[] = {{"--eta", &o->eta, 0.1, 10.0}, {"--size-mm", &o->size_mm, 1e-30, 1e30},
                    {"--mm-per-unit", &o->mm_per_unit, 1e-30, 1e30}, {"--tolerance", &o->tolerance, 1e-5, 0.5},
-                   {"--guard", &o->guard, 0.0, 1.0},
+                   {"--guard", &o->guard, 0.0, 1.0}, {"--budget-ms", &o->budget_ms, 1e-6, 1e12},
                    {"--exposure", &o->exposure, 1e-6, 1e6}, {"--roughness", &o->roughness, 0.0, 1.0},
                    {"--floor", &o->floor, 0.0, 1.0}, {"--soft", &o->soft, 0.0, 45.0}};
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; ++i)
@@ -398,13 +404,15 @@ static void default_options(options *o)
 static int choose_geometry(bake *b)
 {
     const char *const only = method_geometry(b->o.method);
+    const int automatic = strcmp(b->o.method, "auto") == 0;
     if (!b->o.geometry)
     {
-        b->o.geometry = only ? only : "distance";
+        b->o.geometry = only ? only : automatic ? "either" : "distance";
     }
-    if (strcmp(b->o.geometry, "distance") != 0 && strcmp(b->o.geometry, "placed") != 0)
+    if (strcmp(b->o.geometry, "distance") != 0 && strcmp(b->o.geometry, "placed") != 0 &&
+        !(automatic && strcmp(b->o.geometry, "either") == 0))
     {
-        return fail(b, "--geometry is distance or placed, not '%s'", b->o.geometry);
+        return fail(b, "--geometry is distance or placed%s, not '%s'", automatic ? " or either" : "", b->o.geometry);
     }
     if (only && strcmp(b->o.geometry, only) != 0)
     {
@@ -435,6 +443,33 @@ static int check_hao_options(bake *b)
         return fail(b, "--method hao knows radiosity at vertices only; for --atlas-values texels take --method direct");
     }
     return 0;
+}
+
+// "light,geometry" to bits.
+static int take_changes(bake *b)
+{
+    static const char *const names[] = {"light", "geometry", "material"};
+    const char *at = b->o.changes ? b->o.changes : "";
+    if ((b->o.changes || b->o.budget_ms > 0.0) && strcmp(b->o.method, "auto") != 0)
+    {
+        return fail(b, "--changes and --budget-ms are for --method auto");
+    }
+    while (*at)
+    {
+        const size_t length = strcspn(at, ",");
+        unsigned k = 0;
+        while (k < 3 && (strlen(names[k]) != length || strncmp(at, names[k], length) != 0))
+        {
+            ++k;
+        }
+        if (k == 3)
+        {
+            return fail(b, "--changes is a list of light, geometry, material, not '%s'", b->o.changes);
+        }
+        b->o.changing |= 1u << k; // as SSS_DIPOLE_CHANGES_* are numbered
+        at += length + (at[length] == ',');
+    }
+    return b->o.changes && !b->o.changing ? fail(b, "--changes names nothing") : 0;
 }
 
 static int check_atlas_options(bake *b)
@@ -494,7 +529,7 @@ static int check_options(bake *b)
         return fail(b, "--chart: a file of irradiance does not say where its light comes from; give --light or "
                     "--ambient");
     }
-    return check_hao_options(b) == 0 ? check_atlas_options(b) : -1;
+    return check_hao_options(b) == 0 && take_changes(b) == 0 ? check_atlas_options(b) : -1;
 }
 
 // --name value, or --name=value; moves on behind what it took. value is NULL at the end of the line.
@@ -776,7 +811,7 @@ static int gathers_at_texels(const bake *b)
 {
     const options *const o = &b->o;
     const int direct = strcmp(o->method, "direct") == 0 ||
-                       (strcmp(o->method, "auto") == 0 && strcmp(o->geometry, "distance") == 0);
+                       (strcmp(o->method, "auto") == 0 && strcmp(o->geometry, "placed") != 0);
     const double pairs = (double)b->atlas.texels.count * ((double)b->model.triangle_count + NEAR_PAIRS);
     return strcmp(o->method, "hao") != 0 &&
            (o->atlas_values ? strcmp(o->atlas_values, "texels") == 0 : !direct || pairs <= MOST_PAIRS);
@@ -810,6 +845,46 @@ static void report_atlas(const bake *b)
     }
 }
 
+// Methods that bake cannot run, or that do not know this light: ranked for nobody.
+static unsigned methods_left_out(const bake *b)
+{
+    const options *const o = &b->o;
+    const int texels = o->atlas_values && strcmp(o->atlas_values, "texels") == 0;
+    const unsigned no_hao = o->irradiance || texels || o->tolerance > 0.1 ? 1u << SSS_DIPOLE_METHOD_HAO : 0u;
+    return 1u << SSS_DIPOLE_METHOD_POINTS | no_hao; // points: needs a thinned copy of the mesh
+}
+
+// For auto, where Lambert's error is not predicted to be small, it is measured for this very light, shadows included.
+static int ask_what_it_needs(bake *b)
+{
+    const options *const o = &b->o;
+    const int automatic = strcmp(o->method, "auto") == 0;
+    services s = {.threads = o->threads};
+    const sss_hooks hooks = services_hooks(&s);
+    sss_dipole_scene scene;
+    sss_result result = sss_dipole_measure(&b->mesh, &scene);
+    scene.pixel_mm = o->png ? b->size_mm / o->width : 0.0;
+    scene.tolerance = o->tolerance;
+    scene.threads = o->threads;
+    scene.changes = o->changing;
+    scene.frame_budget_ms = o->budget_ms;
+    scene.left_out = methods_left_out(b);
+    scene.lighting = o->irradiance                         ? SSS_DIPOLE_LIGHTING_ANY
+                     : o->lights.count == 0                ? SSS_DIPOLE_LIGHTING_EVEN
+                     : o->no_shadows                       ? SSS_DIPOLE_LIGHTING_DISTANT
+                                                           : SSS_DIPOLE_LIGHTING_ANY;
+    scene.geometries = strcmp(o->geometry, "placed") == 0     ? SSS_DIPOLE_ONLY_PLACED
+                       : strcmp(o->geometry, "distance") == 0 ? SSS_DIPOLE_ONLY_DISTANCE
+                                                              : SSS_DIPOLE_EITHER_GEOMETRY;
+    result = result == SSS_OK ? sss_dipole_needs(&b->profile, &scene, &b->job.advice) : result;
+    if (result == SSS_OK && automatic && b->job.advice.need != SSS_DIPOLE_NEED_LAMBERT)
+    {
+        result = sss_dipole_lambert_error(&b->mesh, &b->profile, b->irradiance, 0, &hooks, &scene.lambert_error);
+        result = result == SSS_OK ? sss_dipole_needs(&b->profile, &scene, &b->job.advice) : result;
+    }
+    return result == SSS_OK ? 0 : fail(b, "what the scene needs: %s", sss_result_string(result));
+}
+
 static int run_method(bake *b)
 {
     const options *const o = &b->o;
@@ -836,15 +911,12 @@ static int run_method(bake *b)
     }
     b->job.announce = 1;
     b->job.report = o->report;
-    const sss_dipole_scene scene = {.size_mm = b->size_mm, .area_mm2 = b->area_mm2, .spacing_mm = b->edge_mm,
-                                    .pixel_mm = o->png ? b->size_mm / o->width : 0.0, .tolerance = o->tolerance};
-    const sss_result advised = sss_dipole_needs(&b->profile, &scene, &b->job.advice);
-    if (advised != SSS_OK)
+    if (ask_what_it_needs(b) != 0)
     {
-        return fail(b, "what the scene needs: %s", sss_result_string(advised));
+        return -1;
     }
     const int status = method_by_name(o->method)(&b->job, b->radiosity, &b->result, b->error, sizeof b->error);
-    if (status == 0 && b->job.geometry == SSS_DIPOLE_PLACED)
+    if (status == 0 && b->result.geometry == SSS_DIPOLE_PLACED)
     {
         look_for_spurious_light(b);
     }
@@ -856,6 +928,25 @@ static int run_method(bake *b)
 static void print_rgb(const char *key, const double c[3])
 {
     printf("%s=%.9g,%.9g,%.9g\n", key, c[0], c[1], c[2]);
+}
+
+// What each method would do here, the first one first: on this many threads of the chart's machine.
+static void print_ranking(const sss_dipole_advice *a)
+{
+    for (size_t i = 0; i < a->ranking_count; ++i)
+    {
+        const sss_dipole_choice *const c = &a->ranking[i];
+        printf("ranking_%zu=%s tolerance %g", i + 1, sss_dipole_method_name(c->method), c->tolerance);
+        if (c->directions)
+        {
+            printf(" directions %zu storage %d", c->directions, c->storage);
+        }
+        printf(" error %.2g precompute_s %.3g frame_ms %.3g rebuild_ms %.3g bytes %.3g cost_ms %.3g %s\n",
+               c->predicted_error, c->precompute_s, c->frame_ms, c->rebuild_ms, c->bytes, c->cost_ms,
+               c->meets ? "meets" : "misses");
+    }
+    printf("ranking_reason=%s\nranking_extrapolated=%d\nmodel_error=%.3g\n", a->ranking_reason, a->extrapolated,
+           a->model_error);
 }
 
 static void print_report(const bake *b)
@@ -877,7 +968,7 @@ static void print_report(const bake *b)
         print_rgb("mfp_mm", mfp);
     }
     printf("method=%s\nthreads=%d\n%s", b->result.method, b->o.threads, b->result.parameters);
-    if (b->job.geometry == SSS_DIPOLE_PLACED)
+    if (b->result.geometry == SSS_DIPOLE_PLACED)
     {
         printf("spurious_vertices=%zu\n", b->spurious);
     }
@@ -887,6 +978,7 @@ static void print_report(const bake *b)
            "needs_spacing_mm=%.4g\nneeds_samples=%.4g\nneeds_reason=%s\n",
            needs[a->need], a->predicted_error, a->lambert_error, a->crossing, a->radius_mm, a->spacing_mm,
            a->sample_count, a->reason);
+    print_ranking(a);
     report_atlas(b);
 }
 
@@ -957,7 +1049,7 @@ static int compare_with_reference(bake *b)
         vertex_areas(&b->model, c.area);
         // A hundredth of what is asked for; reference_error, its estimate, bounds its error from far above.
         const double asked = b->o.tolerance > 0.0 ? b->o.tolerance : 1e-3;
-        const reference_options exact = {.geometry = b->job.geometry, .elements = SSS_DIPOLE_VERTICES,
+        const reference_options exact = {.geometry = b->result.geometry, .elements = SSS_DIPOLE_VERTICES,
                                          .tolerance = fmax(1e-6, 0.01 * asked), .guard = b->result.guard};
         const int code = reference_radiosity_many(&b->mesh, &b->profile, b->irradiance, &exact, b->mesh.positions,
                                                   b->mesh.normals, c.indices, c.count, b->o.threads, c.B, c.error);

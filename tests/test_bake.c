@@ -506,26 +506,64 @@ static void spurious_light_is_warned_of(void)
     }
 }
 
-static void auto_takes_the_least_that_does(void)
+// The method of the ranking's line, as the report prints it.
+static void ranked(int place, char name[32])
 {
+    char key[32];
+    snprintf(key, sizeof key, "\nranking_%d=", place);
+    const char *const at = strstr(g_said, key);
+    snprintf(name, 32, "%.*s", at ? (int)strcspn(at + strlen(key), " ") : 0, at ? at + strlen(key) : "");
+}
+
+static void auto_takes_the_least_that_does(void)
+{   // Oracle: what only one method can do, and otherwise the ranking, whose first entry is run where its own prediction
+    // is within the tolerance. The result is held against the converged reference.
     static const struct
     {
-        const char *what, *options, *method;
-    } choices[] = {{"by distance", "", "direct"},
-                   {"placed", "--geometry placed", "bem"},
+        const char *what, *options, *method; // NULL: the ranking's first
+    } choices[] = {{"by distance", "--geometry distance", "direct"},
+                   {"placed", "--geometry placed", NULL},
                    {"tighter than bem can", "--geometry placed --tolerance 3e-5", "direct"},
+                   {"either", "--tolerance 0.02", NULL},
+                   {"light changes", "--changes light --tolerance 0.05", NULL},
+                   {"all changes", "--changes=light,geometry,material --tolerance 0.05", NULL},
                    {"so large that nothing shows", "--size-mm 1e7 --geometry placed", "lambert"}};
     for (size_t i = 0; i < sizeof choices / sizeof choices[0]; ++i)
     {
-        char line[64];
+        char line[64], first[32];
         test_about("%s", choices[i].what);
-        snprintf(line, sizeof line, "\nmethod=%s\n", choices[i].method);
-        CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method auto --report %s", unsized, choices[i].options), 0);
+        CHECK_EQUAL(bake(MESH " %s --size-mm 50 --method auto --report --reference 30 %s", unsized, choices[i].options),
+                    0);
+        ranked(1, first);
+        if (strcmp(first, "direct-placed") == 0)
+        {
+            snprintf(first, sizeof first, "direct"); // as bake calls it, with its geometry
+        }
+        snprintf(line, sizeof line, "\nmethod=%s\n", choices[i].method ? choices[i].method : first);
         CHECK(strstr(g_said, line) != NULL);
+        if (choices[i].method == NULL)
+        {
+            const double allowed = i == 1 ? 0.01 : i == 3 ? 0.02 : 0.05;
+            CHECK_BELOW(reported("predicted_error"), allowed);
+            CHECK_BELOW(reported("rel_l2"), allowed);
+        }
+        CHECK(has_key("ranking_reason") && has_key("model_error") && has_key("ranking_extrapolated"));
     }
     test_about("at 10 mm"); // where bem may need a tighter tolerance than asked for
     CHECK_EQUAL(bake(MESH " %s --size-mm 10 --method auto --geometry placed --tolerance 0.002 --report", unsized), 0);
     CHECK_BELOW(reported("predicted_error"), 0.002);
+    test_about("a budget that nothing but Lambert keeps"); // bake still meets the tolerance, and says what it costs
+    CHECK_EQUAL(bake(MESH " %s --size-mm 20 --method auto --changes light --budget-ms 1e-6 --report", unsized), 0);
+    CHECK(strstr(g_said, " misses\n") != NULL && strstr(g_said, " meets\n") == NULL);
+    CHECK_BELOW(reported("predicted_error"), 0.01);
+    static const char *const bad[] = {"--method auto --changes air", "--method auto --changes light,,geometry",
+                                      "--method bem --changes light", "--budget-ms 3", "--method auto --changes \"\"",
+                                      "--method auto --budget-ms 0", "--method bem --geometry either"};
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; ++i)
+    {
+        test_about("%s", bad[i]);
+        CHECK_EQUAL(bake(MESH " %s --size-mm 20 --report %s", unsized, bad[i]), 2);
+    }
 }
 
 // ---- hao ----

@@ -3604,6 +3604,381 @@ static void the_spacing_error_is_predicted(void)
     }
 }
 
+// ---- 6a. The ranking ----
+
+static sss_dipole_scene meshed_scene(double size_mm, size_t triangles, double tolerance, unsigned changes)
+{
+    sss_dipole_scene scene = scene_of(size_mm, tolerance);
+    scene.triangle_count = triangles;
+    scene.vertex_count = triangles / 2;
+    scene.area_mm2 = 2.0 * size_mm * size_mm;
+    scene.spacing_mm = sqrt(scene.area_mm2 / (0.25 * sqrt(3.0) * (double)triangles));
+    scene.changes = changes;
+    return scene;
+}
+
+static double cost_by_hand(const sss_dipole_choice *c, unsigned changes)
+{
+    if (changes == 0u)
+        return 1e3 * c->precompute_s + c->frame_ms;
+    return c->frame_ms +
+           (changes & (SSS_DIPOLE_CHANGES_GEOMETRY | SSS_DIPOLE_CHANGES_MATERIAL) ? c->rebuild_ms : 0.0);
+}
+
+// Whether it is in the order that the declaration promises, and adds up. `budgets`: whether an entry keeps them.
+static int ranking_is_in_order(const sss_dipole_advice *a, const sss_dipole_scene *s)
+{
+    int fine = 1, before = 0;
+    for (size_t i = 0; i < a->ranking_count; ++i)
+    {
+        const sss_dipole_choice *const c = &a->ranking[i], *const last = i > 0 ? c - 1 : c;
+        const int within = (s->changes == 0u || s->frame_budget_ms == 0.0 || c->cost_ms <= s->frame_budget_ms) &&
+                           (s->precompute_budget_s == 0.0 || c->precompute_s <= s->precompute_budget_s) &&
+                           (s->memory_budget == 0.0 || c->bytes <= s->memory_budget);
+        const int rank = within ? c->predicted_error > s->tolerance : 2;
+        fine &= c->meets == (rank == 0) && rank >= before && sss_dipole_method_name(c->method) != NULL;
+        fine &= fabs(c->cost_ms - cost_by_hand(c, s->changes)) <= 1e-12 * c->cost_ms;
+        fine &= c->predicted_error >= 0.0 && c->frame_ms > 0.0 && c->precompute_s >= 0.0 && c->bytes >= 0.0;
+        if (rank == before && i > 0)
+            fine &= rank == 1 ? c->predicted_error >= last->predicted_error : c->cost_ms >= last->cost_ms;
+        for (size_t k = 0; k < i; ++k)
+            fine &= a->ranking[k].method != c->method;
+        before = rank;
+    }
+    return fine && memchr(a->ranking_reason, 0, sizeof a->ranking_reason) != NULL && a->ranking_reason[0] != '\0';
+}
+
+static void methods_are_ranked(void)
+{   // Oracle: the order and the sums that the declarations promise, redone here; a looser tolerance is never dearer,
+    // for what met the stricter one still meets.
+    static const double sizes[4] = {2.0, 20.0, 100.0, 1000.0}, tolerances[5] = {1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
+    static const char *const names[3] = {"Marble", "Ketchup", "Spectralon"};
+    int orderly = 1, cheaper = 1, met = 0;
+    for (size_t n = 0; n < COUNT(names); ++n)
+        for (size_t i = 0; i < COUNT(sizes); ++i)
+            for (unsigned changes = 0; changes < 8; changes += 3) // nothing, light and geometry, geometry and material
+            {
+                const sss_profile p = profile_of(names[n]);
+                double before = HUGE_VAL;
+                for (size_t t = 0; t < COUNT(tolerances); ++t)
+                {
+                    const sss_dipole_scene scene = meshed_scene(sizes[i], 40000, tolerances[t], changes);
+                    sss_dipole_advice a;
+                    memset(&a, 0, sizeof a);
+                    orderly &= sss_dipole_needs(&p, &scene, &a) == SSS_OK && ranking_is_in_order(&a, &scene) &&
+                               a.ranking_count >= 6 && a.ranking_count <= SSS_DIPOLE_METHOD_COUNT;
+                    if (a.ranking[0].meets)
+                    {
+                        cheaper &= a.ranking[0].cost_ms <= before;
+                        before = a.ranking[0].cost_ms;
+                        ++met;
+                    }
+                    if (i == 1 && t == 2 && changes == 3)
+                        test_note("%s: %s", names[n], a.ranking_reason);
+                }
+            }
+    CHECK(orderly);
+    CHECK(cheaper);
+    CHECK(met > 100);
+}
+
+static void budgets_are_kept(void)
+{   // Oracle: the budget. Just below what the first choice takes, the next first is another, within it; where none can
+    // be, the ranking says so and goes by error, then by cost.
+    const sss_profile p = profile_of("Skimmilk");
+    for (int kind = 0; kind < 3; ++kind)
+    {
+        static const char *const kinds[3] = {"frame", "precompute", "memory"};
+        sss_dipole_scene scene = meshed_scene(30.0, 60000, 1e-2, SSS_DIPOLE_CHANGES_LIGHT);
+        double *const budgets[3] = {&scene.frame_budget_ms, &scene.precompute_budget_s, &scene.memory_budget};
+        sss_dipole_advice free_of, a;
+        memset(&free_of, 0, sizeof free_of);
+        memset(&a, 0, sizeof a);
+        CHECK_EQUAL(sss_dipole_needs(&p, &scene, &free_of), SSS_OK);
+        const sss_dipole_choice *const first = &free_of.ranking[0];
+        const double taken[3] = {first->cost_ms, first->precompute_s, first->bytes};
+        test_about("%s", kinds[kind]);
+        CHECK(first->meets && taken[kind] > 0.0);
+        *budgets[kind] = 0.99 * taken[kind];
+        CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+        test_note("%s; with the budget %s", free_of.ranking_reason, a.ranking_reason);
+        CHECK(ranking_is_in_order(&a, &scene));
+        const sss_dipole_choice *const now = &a.ranking[0];
+        const double takes[3] = {now->cost_ms, now->precompute_s, now->bytes};
+        CHECK_BELOW(takes[kind], *budgets[kind]);
+        CHECK(now->method != first->method || now->tolerance != first->tolerance ||
+              now->directions != first->directions || now->storage != first->storage);
+        *budgets[kind] = 1e-9; // only Lambert keeps nothing
+        CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+        CHECK(ranking_is_in_order(&a, &scene) && !a.ranking[0].meets);
+        CHECK_EQUAL(a.ranking[0].method, SSS_DIPOLE_METHOD_LAMBERT);
+    }
+    // A still picture has no frames.
+    sss_dipole_scene still = meshed_scene(30.0, 60000, 1e-2, 0u);
+    sss_dipole_advice a, b;
+    CHECK_EQUAL(sss_dipole_needs(&p, &still, &a), SSS_OK);
+    still.frame_budget_ms = 1e-9;
+    CHECK_EQUAL(sss_dipole_needs(&p, &still, &b), SSS_OK);
+    CHECK(b.ranking[0].meets && b.ranking[0].method == a.ranking[0].method);
+}
+
+static void the_ranking_has_no_unit(void)
+{   // Oracle: a change of unit changes nothing: lengths of scene and material k times as large. Twice the threads, or
+    // twice the speed, halve every time, and the order stays.
+    const sss_profile p = profile_of("Skin1");
+    const sss_dipole_scene scene = meshed_scene(40.0, 50000, 1e-2, SSS_DIPOLE_CHANGES_GEOMETRY);
+    sss_dipole_advice a, b, c;
+    CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+    for (double k = 1e-6; k < 1e7; k *= 1e3)
+    {
+        sss_profile q = p;
+        sss_dipole_scene large = scene;
+        for (int i = 0; i < 3; ++i)
+        {
+            q.sigma_tr[i] /= k;
+            q.z_r[i] *= k;
+            q.z_v[i] *= k;
+        }
+        large.size_mm *= k;
+        large.spacing_mm *= k;
+        large.area_mm2 *= k * k;
+        test_about("lengths times %g", k);
+        CHECK_EQUAL(sss_dipole_needs(&q, &large, &b), SSS_OK);
+        double off = 0.0;
+        int same = a.ranking_count == b.ranking_count;
+        for (size_t i = 0; i < a.ranking_count && same; ++i)
+        {
+            const sss_dipole_choice *const x = &a.ranking[i], *const y = &b.ranking[i];
+            same &= x->method == y->method && x->tolerance == y->tolerance && x->meets == y->meets;
+            off = fmax(off, fabs(x->predicted_error / y->predicted_error - 1.0));
+            off = fmax(off, fabs(x->cost_ms / y->cost_ms - 1.0));
+        }
+        CHECK(same);
+        CHECK_BELOW(off, 1e-9);
+        CHECK_REL(a.model_error, b.model_error, 1e-9);
+    }
+    sss_dipole_scene two = scene;
+    two.threads = 2;
+    CHECK_EQUAL(sss_dipole_needs(&p, &two, &b), SSS_OK);
+    two.threads = 0;
+    two.speed = 2.0;
+    CHECK_EQUAL(sss_dipole_needs(&p, &two, &c), SSS_OK);
+    test_about("threads and speed");
+    for (size_t i = 0; i < a.ranking_count; ++i)
+    {
+        CHECK_EQUAL(b.ranking[i].method, a.ranking[i].method);
+        CHECK_REL(b.ranking[i].cost_ms, 0.5 * a.ranking[i].cost_ms, 1e-12);
+        CHECK_REL(c.ranking[i].cost_ms, 0.5 * a.ranking[i].cost_ms, 1e-12);
+        CHECK(b.ranking[i].bytes == a.ranking[i].bytes);
+    }
+}
+
+static void what_is_left_out_is_not_ranked(void)
+{   // Oracle: the geometries that the declarations give the methods.
+    const sss_profile p = profile_of("Marble");
+    sss_dipole_scene scene = meshed_scene(40.0, 50000, 1e-2, 0u);
+    sss_dipole_advice all, a;
+    CHECK_EQUAL(sss_dipole_needs(&p, &scene, &all), SSS_OK);
+    for (int only = 1; only < 3; ++only)
+    {
+        int placed = 0, distance = 0, neither = 0;
+        scene.geometries = (sss_dipole_geometries)only;
+        CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+        for (size_t i = 0; i < a.ranking_count; ++i)
+            switch (a.ranking[i].method)
+            {
+            case SSS_DIPOLE_METHOD_LAMBERT: ++neither; break;
+            case SSS_DIPOLE_METHOD_PLACED:
+            case SSS_DIPOLE_METHOD_BEM:
+            case SSS_DIPOLE_METHOD_BEM_RENDER: ++placed; break;
+            default: ++distance; break;
+            }
+        test_about("%s", only == SSS_DIPOLE_ONLY_PLACED ? "placed" : "distance");
+        CHECK_EQUAL(neither, 1);
+        CHECK_EQUAL(placed, only == SSS_DIPOLE_ONLY_PLACED ? 3 : 0);
+        CHECK(only == SSS_DIPOLE_ONLY_PLACED ? distance == 0 : distance >= 2);
+    }
+    scene.geometries = SSS_DIPOLE_EITHER_GEOMETRY;
+    scene.left_out = 1u << all.ranking[0].method;
+    CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+    test_about("without the first");
+    CHECK_EQUAL(a.ranking_count, all.ranking_count - 1);
+    CHECK_EQUAL(a.ranking[0].method, all.ranking[1].method);
+    scene.left_out = ~0u;
+    CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+    test_about("all: %s", a.ranking_reason);
+    CHECK(a.ranking_count == 0 && a.ranking_reason[0] != '\0');
+    for (int m = 0; m < SSS_DIPOLE_METHOD_COUNT; ++m)
+        for (int k = 0; k < m; ++k)
+            CHECK(strcmp(sss_dipole_method_name((sss_dipole_method)m), sss_dipole_method_name((sss_dipole_method)k)));
+    CHECK(sss_dipole_method_name((sss_dipole_method)SSS_DIPOLE_METHOD_COUNT) == NULL);
+    CHECK(sss_dipole_method_name((sss_dipole_method)-1) == NULL);
+}
+
+static void no_more_than_the_scene_needs(void)
+{   // Oracle: the limits. Where nothing scatters, where scattering is invisible, and where the caller has measured that
+    // it is, Lambert is first; where he has measured that it is not, it does not meet the tolerance. Scenes beyond the
+    // chart's say so.
+    sss_profile none = profile_of("Marble");
+    sss_dipole_advice a;
+    for (int i = 0; i < 3; ++i)
+        none.alpha_p[i] = 0.0;
+    sss_dipole_scene scene = meshed_scene(40.0, 50000, 1e-3, SSS_DIPOLE_CHANGES_LIGHT);
+    CHECK_EQUAL(sss_dipole_needs(&none, &scene, &a), SSS_OK);
+    test_about("nothing scatters");
+    CHECK(a.ranking[0].method == SSS_DIPOLE_METHOD_LAMBERT && a.ranking[0].meets);
+    CHECK(a.ranking[0].predicted_error == 0.0 && a.model_error == 0.0);
+    const sss_profile fine = marble_with_path(1e-6), marble = profile_of("Marble");
+    scene.tolerance = 0.05;
+    CHECK_EQUAL(sss_dipole_needs(&fine, &scene, &a), SSS_OK);
+    test_about("mean free path of a nanometre");
+    CHECK(a.ranking[0].method == SSS_DIPOLE_METHOD_LAMBERT && a.ranking[0].meets);
+    CHECK(a.extrapolated);
+    CHECK_EQUAL(sss_dipole_needs(&marble, &scene, &a), SSS_OK);
+    test_about("marble");
+    CHECK(a.ranking[0].method != SSS_DIPOLE_METHOD_LAMBERT && a.ranking[0].meets);
+    scene.lambert_error = 0.049;
+    CHECK_EQUAL(sss_dipole_needs(&marble, &scene, &a), SSS_OK);
+    test_about("Lambert's error is known");
+    CHECK(a.ranking[0].method == SSS_DIPOLE_METHOD_LAMBERT && a.ranking[0].predicted_error == 0.049);
+    scene.lambert_error = 0.051;
+    CHECK_EQUAL(sss_dipole_needs(&fine, &scene, &a), SSS_OK);
+    CHECK(a.ranking[0].method != SSS_DIPOLE_METHOD_LAMBERT);
+    // Shadow edges are not easier than light without them.
+    scene.lambert_error = 0.0;
+    double by_light[2] = {0.0, 0.0};
+    for (int k = 0; k < 2; ++k)
+    {
+        scene.lighting = k == 0 ? SSS_DIPOLE_LIGHTING_ANY : SSS_DIPOLE_LIGHTING_DISTANT;
+        scene.left_out = ~(1u << SSS_DIPOLE_METHOD_LAMBERT);
+        CHECK_EQUAL(sss_dipole_needs(&marble, &scene, &a), SSS_OK);
+        by_light[k] = a.ranking[0].predicted_error;
+    }
+    test_about("lighting");
+    CHECK_BETWEEN(by_light[0], a.lambert_error, HUGE_VAL);
+    CHECK(by_light[1] > 0.0);
+}
+
+static void an_unknown_mesh_is_a_fine_one(void)
+{   // Oracle: counts that follow from area and spacing by hand; with neither, the spacing that is advised.
+    const sss_profile p = profile_of("Marble");
+    const sss_dipole_scene known = meshed_scene(40.0, 50000, 1e-2, 0u);
+    sss_dipole_scene scene = known;
+    sss_dipole_advice a, b;
+    CHECK_EQUAL(sss_dipole_needs(&p, &known, &a), SSS_OK);
+    scene.vertex_count = scene.triangle_count = 0;
+    CHECK_EQUAL(sss_dipole_needs(&p, &scene, &b), SSS_OK);
+    CHECK_REL(b.ranking[0].cost_ms, a.ranking[0].cost_ms, 1e-4);
+    scene.spacing_mm = 0.0;
+    CHECK_EQUAL(sss_dipole_needs(&p, &scene, &b), SSS_OK);
+    scene.spacing_mm = b.spacing_mm;
+    CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+    CHECK_REL(b.ranking[0].cost_ms, a.ranking[0].cost_ms, 0.1); // the first knows no spacing error beside it
+}
+
+static void the_models_own_error_is_predicted(void)
+{   // Oracle: exact reflectances of half spaces and slabs at normal incidence (Chandrasekhar's H function;
+    // adding-doubling), against the dipole's closed form: the prediction knows tables and images, and for slabs is
+    // within a factor of two.
+    static const struct
+    {
+        double alpha, eta, thickness, exact; // exact: diffuse reflectance over 1 - F0
+        double low, high;                    // of the predicted over the true error
+    } known[] = {{0.8, 1.5, 1e6, 0.137478, 0.99, 1.01},  {0.9, 1.3, 1e6, 0.290729, 0.97, 1.03},
+                 {0.5, 1.0, 1e6, 0.115226, 0.99, 1.01},  {0.99, 1.0, 10.0, 0.74093, 0.5, 2.0},
+                 {0.99, 1.0, 1.0, 0.33292, 0.5, 2.0},    {1.0, 1.0, 10.0, 0.85300, 0.5, 2.0},
+                 {1.0, 1.0, 1.0, 0.34133, 0.5, 2.0},     {1.0, 1.5, 10.0, 0.76635, 0.5, 2.0},
+                 {0.9, 1.5, 1.0, 0.18957, 0.5, 2.0}};
+    for (size_t i = 0; i < COUNT(known); ++i)
+    {
+        const sss_profile p = profile_from(known[i].alpha, 1.0 - known[i].alpha, known[i].eta);
+        sss_dipole_scene scene = scene_of(1e7, 1e-2);
+        sss_dipole_advice a;
+        scene.thickness_mm = known[i].thickness;
+        test_about("alpha' %g, eta %g, thickness %g", known[i].alpha, known[i].eta, known[i].thickness);
+        CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
+        const double error = fabs(sss_dipole_total(&p, 0) / known[i].exact - 1.0);
+        test_note("predicted %.4g, true %.4g", a.model_error, error);
+        CHECK_BETWEEN(a.model_error / error, known[i].low, known[i].high);
+    }
+    // The mean thickness of a closed mesh is 2 volume/area: a plate of 100 x 100 x 2.
+    const sss_profile p = profile_of("Marble");
+    sss_dipole_scene plate = scene_of(100.0, 1e-2), told = plate;
+    sss_dipole_advice a, b;
+    plate.area_mm2 = 20000.0;
+    plate.volume_mm3 = 20000.0;
+    told.thickness_mm = 2.0;
+    CHECK_EQUAL(sss_dipole_needs(&p, &plate, &a), SSS_OK);
+    CHECK_EQUAL(sss_dipole_needs(&p, &told, &b), SSS_OK);
+    CHECK_REL(a.model_error, b.model_error, 1e-12);
+}
+
+static void lamberts_error_is_measured(void)
+{   // Oracle: the reference in the middle of all triangles of a sphere of marble in the sun, of two sizes; all of them
+    // give what is promised, every fourth about the same. No light: no error. Failing allocation leaks nothing and
+    // touches nothing.
+    for (double radius = 2.0; radius < 100.0; radius *= 20.0)
+    {
+        mesh_data sphere;
+        receivers at;
+        if (mesh_sphere(2, radius, &sphere) != 0 || receivers_allocate(&at, sphere.triangle_count) != 0)
+            SKIP("out of memory");
+        float *E = sunny_vertices(&sphere);
+        const gather_case g = {mesh_view(&sphere, 1.0), profile_of("Marble"), SSS_DIPOLE_VERTICES, E, &at};
+        for (size_t i = 0; i < 9 * at.count; ++i)
+        {   // any normal will do for the distance alone
+            const size_t t = i / 9, k = i / 3 % 3, axis = i % 3;
+            at.positions[3 * t + axis] += sphere.positions[3 * (size_t)sphere.triangles[3 * t + k] + axis] / 3.0f;
+            at.normals[3 * t + 2] = 1.0f;
+        }
+        double *want = reference_for(&g, SSS_DIPOLE_DISTANCE, 1e-4);
+        double off = 0.0, all = 0.0, every = -1.0, some = -1.0;
+        test_about("radius %g mm", radius);
+        if (CHECK(want != NULL))
+        {
+            for (size_t i = 0; i < 3 * at.count; ++i)
+            {
+                const uint32_t *const v = sphere.triangles + 3 * (i / 3);
+                const float *const a = sphere.positions + 3 * v[0], *const b = sphere.positions + 3 * v[1];
+                const float *const c = sphere.positions + 3 * v[2];
+                const double e[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
+                const double f[3] = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+                const double area = hypot(hypot(e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2]),
+                                          e[0] * f[1] - e[1] * f[0]);
+                const double light = ((double)E[3 * v[0] + i % 3] + (double)E[3 * v[1] + i % 3] +
+                                      (double)E[3 * v[2] + i % 3]) / 3.0;
+                off += area * pow(sss_dipole_total(&g.profile, (int)(i % 3)) * light - want[i], 2.0);
+                all += area * pow(want[i], 2.0);
+            }
+            CHECK_EQUAL(sss_dipole_lambert_error(&g.mesh, &g.profile, E, at.count, NULL, &every), SSS_OK);
+            CHECK_ABS(every, sqrt(off / all), 1e-3);
+            CHECK_EQUAL(sss_dipole_lambert_error(&g.mesh, &g.profile, E, at.count / 4, NULL, &some), SSS_OK);
+            CHECK_REL(some, sqrt(off / all), 0.3);
+            memset(E, 0, 3 * sphere.vertex_count * sizeof *E);
+            CHECK_EQUAL(sss_dipole_lambert_error(&g.mesh, &g.profile, E, 0, NULL, &every), SSS_OK);
+            CHECK(every == 0.0);
+        }
+        for (int k = 0; k < 100; ++k)
+        {
+            ledger l;
+            sss_hooks hooks = ledger_hooks(&l, 0);
+            l.fail_at = k;
+            every = -7.0;
+            const sss_result result = sss_dipole_lambert_error(&g.mesh, &g.profile, E, 50, &hooks, &every);
+            if (result == SSS_OK)
+            {
+                CHECK(k > 0 && l.live == 0);
+                break;
+            }
+            CHECK(result == SSS_ERROR_OUT_OF_MEMORY && l.live == 0 && every == -7.0);
+        }
+        free(want);
+        free(E);
+        receivers_free(&at);
+        mesh_free(&sphere);
+    }
+}
+
 static void measures_of_known_meshes(void)
 {   // Oracle: a rectangle of 3 x 4 by hand, twice as large in mm; a sphere's own sums. Vertices of no triangle are not
     // part of the object.
@@ -3618,8 +3993,22 @@ static void measures_of_known_meshes(void)
     CHECK_REL(scene.area_mm2, 48.0, 1e-6);
     CHECK_REL(scene.spacing_mm, 8.0, 1e-6); // edges of 3, 4 and 5
     CHECK(scene.thickness_mm == 0.0 && scene.pixel_mm == 0.0 && scene.tolerance == 0.0);
+    CHECK(scene.vertex_count == plane.vertex_count && scene.triangle_count == plane.triangle_count);
+    CHECK(scene.volume_mm3 == 0.0 && scene.changes == 0u); // open
     mesh = mesh_view(&sphere, 0.5);
     CHECK_EQUAL(sss_dipole_measure(&mesh, &scene), SSS_OK);
+    double volume = 0.0; // pyramids of height 5 over each triangle, nearly
+    for (size_t t = 0; t < sphere.triangle_count; ++t)
+        for (int k = 0; k < 3; ++k)
+        {
+            const float *const a = sphere.positions + 3 * (size_t)sphere.triangles[3 * t];
+            const float *const b = sphere.positions + 3 * (size_t)sphere.triangles[3 * t + 1];
+            const float *const c = sphere.positions + 3 * (size_t)sphere.triangles[3 * t + 2];
+            const int i = (k + 1) % 3, j = (k + 2) % 3;
+            volume += (double)a[k] * ((double)b[i] * (double)c[j] - (double)b[j] * (double)c[i]) / 6.0;
+        }
+    CHECK_REL(scene.volume_mm3, 0.125 * fabs(volume), 1e-6);
+    CHECK_BETWEEN(scene.volume_mm3 / (4.0 / 3.0 * PI * pow(2.5, 3.0)), 0.97, 1.0);
     CHECK_REL(scene.size_mm, 5.0, 1e-6);
     CHECK_REL(scene.area_mm2, 0.25 * mesh_area(&sphere), 1e-6);
     CHECK_REL(scene.spacing_mm, 0.5 * mesh_mean_edge(&sphere), 1e-6);
@@ -4095,6 +4484,37 @@ static void bad_scenes_are_refused(void)
             test_about("scene field %d is %g", field, *fields[field]);
             FAILS(sss_dipole_needs(&p, &bad, out), SSS_ERROR_INVALID_ARGUMENT);
         }
+    for (int field = 0; field < 6; ++field)
+        for (size_t i = 0; i < COUNT(bad_numbers); ++i)
+        {
+            sss_dipole_scene bad = good;
+            double *const fields[6] = {&bad.volume_mm3,          &bad.speed,         &bad.frame_budget_ms,
+                                       &bad.precompute_budget_s, &bad.memory_budget, &bad.lambert_error};
+            *fields[field] = bad_numbers[i];
+            test_about("ranking field %d is %g", field, *fields[field]);
+            FAILS(sss_dipole_needs(&p, &bad, out), SSS_ERROR_INVALID_ARGUMENT);
+        }
+    for (int field = 0; field < 6; ++field)
+    {
+        sss_dipole_scene bad = good;
+        bad.changes = field == 0 ? 8u : 0u;
+        bad.threads = field == 1 ? -1 : 0;
+        bad.lighting = (sss_dipole_lighting)(field == 2 ? 3 : field == 3 ? -1 : 0);
+        bad.geometries = (sss_dipole_geometries)(field == 4 ? 3 : field == 5 ? -1 : 0);
+        test_about("ranking enumerator %d", field);
+        FAILS(sss_dipole_needs(&p, &bad, out), SSS_ERROR_INVALID_ARGUMENT);
+    }
+    small_scene s;
+    test_about("Lambert's error");
+    if (small_scene_make(&s, 1, 3.0) != 0)
+        SKIP("out of memory");
+    FAILS(sss_dipole_lambert_error(NULL, &p, s.E, 0, NULL, OUT(double)), SSS_ERROR_INVALID_ARGUMENT);
+    FAILS(sss_dipole_lambert_error(&s.g.mesh, NULL, s.E, 0, NULL, OUT(double)), SSS_ERROR_INVALID_ARGUMENT);
+    FAILS(sss_dipole_lambert_error(&s.g.mesh, &p, NULL, 0, NULL, OUT(double)), SSS_ERROR_INVALID_ARGUMENT);
+    FAILS(sss_dipole_lambert_error(&s.g.mesh, &p, s.E, 0, NULL, NULL), SSS_ERROR_INVALID_ARGUMENT);
+    s.E[4] = (float)NAN;
+    FAILS(sss_dipole_lambert_error(&s.g.mesh, &p, s.E, 0, NULL, OUT(double)), SSS_ERROR_INVALID_ARGUMENT);
+    small_scene_free(&s);
     test_about("GLSL");
     FAILS(sss_dipole_get_glsl_uniforms(NULL, SSS_DIPOLE_EXIT_PAPER, OUT(sss_dipole_glsl_uniforms)),
           SSS_ERROR_INVALID_ARGUMENT);
@@ -4538,6 +4958,14 @@ int main(int argc, char **argv)
         TEST(a_local_need_is_enough),
         TEST(the_advised_spacing_is_enough),
         TEST(the_spacing_error_is_predicted),
+        TEST(methods_are_ranked),
+        TEST(budgets_are_kept),
+        TEST(the_ranking_has_no_unit),
+        TEST(what_is_left_out_is_not_ranked),
+        TEST(no_more_than_the_scene_needs),
+        TEST(an_unknown_mesh_is_a_fine_one),
+        TEST(the_models_own_error_is_predicted),
+        TEST(lamberts_error_is_measured),
         TEST(measures_of_known_meshes),
         TEST(the_shader_and_c_agree_on_leaving_light),
         TEST(the_version_is_the_one_in_the_first_line),

@@ -333,6 +333,7 @@ int method_hao(const method_job *job, float *radiosity, method_result *result, c
              .error_size = error_size};
     r.hooks = services_hooks(&r.services);
     result->method = "hao";
+    result->geometry = SSS_DIPOLE_DISTANCE;
     int status = take_options(&r);
     status = status ? status : take_lights(&r);
     status = status ? status : prepare(&r, result);

@@ -140,6 +140,7 @@ static int run_direct(const method_job *job, float *radiosity, method_result *re
     const sss_result created = sss_dipole_gather_create(&job->mesh, job->profile, &options, &hooks, &g);
     result->precompute_s = services_seconds() - start;
     result->method = "direct";
+    result->geometry = job->geometry;
     if (created != SSS_OK)
     {
         return fail(created, "gather", error_text, error_size);
@@ -210,9 +211,12 @@ static sss_result relight(sss_bem *bem, const method_job *job, float *radiosity,
 static sss_result shade_bem(sss_bem *bem, const method_job *job, float *radiosity, method_result *result)
 {
     double relight_ms = 0.0;
+    const double begun = services_seconds();
+    sss_result status = job->keep_links ? sss_bem_update(bem, 0, NULL) : SSS_OK;
     const double start = services_seconds();
-    sss_result status = sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, job->irradiance);
-    status = status == SSS_OK ? sss_bem_shade(bem, radiosity) : status;
+    result->precompute_s += start - begun;
+    status = status == SSS_OK ? sss_bem_set_irradiance(bem, SSS_BEM_VERTICES, job->irradiance) : status;
+    status = status == SSS_OK ? (job->keep_links ? sss_bem_render : sss_bem_shade)(bem, radiosity) : status;
     result->frame_ms = 1e3 * (services_seconds() - start);
     status = status == SSS_OK ? sss_bem_predict_error(bem, 0, NULL) : status;
     if (status == SSS_OK && job->report)
@@ -246,7 +250,8 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
     const double start = services_seconds();
     sss_result status = sss_bem_create(&job->mesh, job->profile, &options, &hooks, &bem);
     result->precompute_s = services_seconds() - start;
-    result->method = "bem";
+    result->method = job->keep_links ? "bem-render" : "bem";
+    result->geometry = SSS_DIPOLE_PLACED;
     status = status == SSS_OK ? shade_bem(bem, job, radiosity, result) : status;
     if (status == SSS_OK && job->points.count > 0)
     {
@@ -268,37 +273,10 @@ static int run_lambert(const method_job *job, float *radiosity, method_result *r
     const double start = services_seconds();
     const sss_result status = sss_dipole_lambert(job->profile, job->irradiance, job->mesh.vertex_count, radiosity);
     result->method = "lambert";
+    result->geometry = job->geometry;
     result->frame_ms = 1e3 * (services_seconds() - start);
     result->predicted_error = job->advice.lambert_error;
     return status == SSS_OK ? 0 : fail(status, "lambert", error_text, error_size);
-}
-
-// ---- auto: the least that meets the tolerance ----
-
-// bem again with half its tolerance until what it predicts is what was asked for; at its end, direct.
-static int run_bem_within(const method_job *job, float *radiosity, method_result *result, char *error_text,
-                          size_t error_size)
-{
-    const double wanted = job->tolerance > 0.0 ? job->tolerance : 1e-2;
-    method_job stricter = *job;
-    for (stricter.tolerance = wanted; stricter.tolerance >= BEM_TIGHTEST; stricter.tolerance *= 0.5)
-    {
-        const int status = run_bem(&stricter, radiosity, result, error_text, error_size);
-        if (status != 0 || result->predicted_error <= wanted)
-        {
-            return status;
-        }
-    }
-    return run_direct(job, radiosity, result, error_text, error_size);
-}
-
-static int run_auto(const method_job *job, float *radiosity, method_result *result, char *error_text,
-                    size_t error_size)
-{
-    const method_function run = job->advice.need == SSS_DIPOLE_NEED_LAMBERT ? run_lambert
-                                : job->geometry == SSS_DIPOLE_PLACED        ? run_bem_within
-                                                                            : run_direct;
-    return run(job, radiosity, result, error_text, error_size);
 }
 
 // ---- the table ----
@@ -314,7 +292,7 @@ static const struct
     {"hao", "hao      every vertex for some 200 lights in advance, then any light at once: sss_hao.h", method_hao,
      "distance"},
     {"lambert", "lambert  diffuse reflection only, nothing travels inside: sss_dipole.h", run_lambert, NULL},
-    {"auto", "auto     the least of direct, bem and lambert that meets the tolerance, for the geometry", run_auto,
+    {"auto", "auto     the cheapest of these that meets the tolerance, as sss_dipole_needs ranks them", method_auto,
      NULL},
 };
 

@@ -37,6 +37,7 @@ typedef struct method_job
     sss_dipole_advice advice;     // what sss_dipole_needs says of this scene
     sss_dipole_receivers points;  // where radiosity is wanted besides the vertices, with normals; count 0: nowhere
     float *point_radiosity;       // [points.count][3]
+    int keep_links;               // bem: links are kept for further lights, which are then one sweep over them
 } method_job;
 
 typedef struct method_result
@@ -51,6 +52,7 @@ typedef struct method_result
                               // and not by hao, which knows vertices alone
     double points_ms;         // that took
     char parameters[1024];    // what the method resolved: key=value lines
+    sss_dipole_geometry geometry; // of the dipole, as it was taken
 } method_result;
 
 // Fills radiosity [vertex_count][3]. Returns 0, or -1 with the reason in error_text.
@@ -59,6 +61,9 @@ typedef int (*method_function)(const method_job *job, float *radiosity, method_r
 
 // Integrals for all lights, kept, and the job's lights from them: sss_hao.h.
 int method_hao(const method_job *job, float *radiosity, method_result *result, char *error_text, size_t error_size);
+
+// What job->advice ranks first, if that keeps to the tolerance by its own prediction; else the next one.
+int method_auto(const method_job *job, float *radiosity, method_result *result, char *error_text, size_t error_size);
 
 // NULL for an unknown name.
 method_function method_by_name(const char *name);

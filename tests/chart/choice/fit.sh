@@ -1,0 +1,28 @@
+#!/bin/sh
+# Fits the curves of sss_dipole_needs to the chart.      tests/chart/choice/fit.sh [--write | --check] [CHART.csv]
+# Prints the lines between the markers "measured curves" of sss_dipole.h; --write puts them there, --check says whether
+# they are there. build/tests/chart/choice must be built; after --write, build it again before the tests run.
+set -eu
+top=$(cd "$(dirname "$0")/../../.." && pwd)
+do=print
+case ${1:-} in --write | --check) do=$1; shift ;; esac
+csv=${1:-$top/tests/chart/chart.csv}
+header=$top/sss_dipole.h
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+
+"$top/build/tests/chart/choice" fit "$csv" >"$work/curves"
+if [ $do = print ]; then
+    cat "$work/curves"
+    exit
+fi
+awk -v curves="$work/curves" '
+    /^\/\/ ---- END measured curves ----/ { inside = 0; ends++ }
+    !inside
+    /^\/\/ ---- BEGIN measured curves/ { inside = 1; begins++; while ((getline line < curves) > 0) print line }
+    END { exit begins != 1 || ends != 1 }' "$header" >"$work/header" || { echo "$header: no markers" >&2; exit 1; }
+if [ $do = --check ]; then
+    diff "$header" "$work/header"
+elif ! cmp -s "$header" "$work/header"; then
+    cp "$work/header" "$header"
+fi

@@ -1,0 +1,370 @@
+// What sss_dipole_needs chooses, held against every run of the chart.
+//   build/tests/chart/choice [TEST-NAME]       the bars; reads tests/chart/chart.csv
+//   build/tests/chart/choice fit CSV           prints the constants of sss_dipole.h (fit.sh writes them there)
+//   build/tests/chart/choice scatter CSV       how far the curves are from the runs
+//   build/tests/chart/choice list CSV          every choice, one a line
+//
+// The bars: for a still picture, for light that changes and for everything that changes, on every case and for
+// tolerances of 10, 3, 1 and 0.3 %, the chosen run (the ranking's knobs are the chart's) has a measured error within
+// the tolerance, and costs at most 1.5 times the cheapest of all runs that have; where Lambert has, no more than that.
+// Since the curves are fitted to the same runs, the same is counted with each case left out of the fit.
+
+#include "fit.h"
+
+#include "../../common/test.h"
+
+static const char *const CHART = "tests/chart/chart.csv";
+static const double tolerances[] = {0.1, 0.03, 0.01, 0.003};
+static const double DEARER = 1.5;       // than the cheapest, at most
+
+static const struct
+{
+    const char *name;
+    unsigned changes;
+} scenarios[] = {{"still picture", 0u},
+                 {"light changes", SSS_DIPOLE_CHANGES_LIGHT},
+                 {"all changes", SSS_DIPOLE_CHANGES_LIGHT | SSS_DIPOLE_CHANGES_GEOMETRY | SSS_DIPOLE_CHANGES_MATERIAL}};
+
+enum
+{
+    TOLERANCES = sizeof tolerances / sizeof tolerances[0],
+    SCENARIOS = sizeof scenarios / sizeof scenarios[0]
+};
+
+// ---- one choice ----
+
+typedef struct verdict
+{
+    const measured_run *chosen;   // NULL: not a run of the chart
+    const measured_run *cheapest; // within the tolerance; NULL: there is none
+    sss_dipole_choice choice;
+    double cost, least, lambert_cost; // ms
+    int within, cheap;  // meets the tolerance; costs at most 1.5 times the least
+    int lambert;        // Lambert is within the tolerance
+} verdict;
+
+static double cost_of(const measured_run *run, unsigned changes)
+{
+    const unsigned again = SSS_DIPOLE_CHANGES_GEOMETRY | SSS_DIPOLE_CHANGES_MATERIAL;
+    return run->frame_ms + (changes == 0u ? 1e3 * run->precompute_s : changes & again ? run->rebuild_ms : 0.0);
+}
+
+// What the chart has not run on a case cannot be chosen there: the light, say, is not what a method can express.
+static unsigned methods_left_out(const measured *m, size_t which)
+{
+    unsigned present = 0u;
+    for (size_t i = 0; i < m->run_count; ++i)
+    {
+        present |= m->runs[i].which == which ? 1u << ranked_method(&m->runs[i]) : 0u;
+    }
+    return ~present & ((1u << SSS_DIPOLE_METHOD_COUNT) - 1u);
+}
+
+// curves: NULL for the header's own.
+static int choose(const measured *m, size_t which, double tolerance, unsigned changes,
+                  const sss_dipole__curves *curves, sss_dipole_choice *out)
+{
+    sss_dipole_scene scene = m->cases[which].scene;
+    sss_dipole_advice advice;
+    memset(&advice, 0, sizeof advice);
+    scene.tolerance = tolerance;
+    scene.changes = changes;
+    scene.left_out = methods_left_out(m, which);
+    if (sss_dipole_needs(&m->cases[which].profile, &scene, &advice) != SSS_OK)
+    {
+        return 1;
+    }
+    if (curves)
+    {
+        advice.ranking_count = 0;
+        sss_dipole__rank(&m->cases[which].profile, &scene, curves, &advice);
+    }
+    *out = advice.ranking[0];
+    return advice.ranking_count == 0;
+}
+
+static void judge(const measured *m, size_t which, double tolerance, unsigned changes,
+                  const sss_dipole__curves *curves, verdict *v)
+{
+    memset(v, 0, sizeof *v);
+    v->least = HUGE_VAL;
+    if (choose(m, which, tolerance, changes, curves, &v->choice) != 0)
+    {
+        return;
+    }
+    const sss_dipole__variant variant = {v->choice.method, v->choice.tolerance, v->choice.density,
+                                         (int)v->choice.directions, v->choice.storage, {0.0}, {0.0}};
+    for (size_t i = 0; i < m->run_count; ++i)
+    {
+        const measured_run *const run = &m->runs[i];
+        const double cost = cost_of(run, changes);
+        if (run->which != which)
+        {
+            continue;
+        }
+        if (is_variant(run, &variant))
+        {
+            v->chosen = run;
+            v->cost = cost;
+        }
+        if (run->rel_l2 <= tolerance && cost < v->least)
+        {
+            v->cheapest = run;
+            v->least = cost;
+        }
+        if (strcmp(run->method, "lambert") == 0 && run->rel_l2 <= tolerance)
+        {
+            v->lambert = 1;
+            v->lambert_cost = cost;
+        }
+    }
+    v->within = v->chosen && v->chosen->rel_l2 <= tolerance;
+    v->cheap = v->chosen && v->cost <= DEARER * v->least;
+}
+
+static void print_verdict(const char *head, const measured_case *c, double tolerance, const char *scenario,
+                          const verdict *v)
+{
+    printf("%s%-34s %5.1f %% %-13s %s(%g,%g,%d,%d) error %.2e (predicted %.2e) cost %.4g ms (predicted %.4g)", head,
+           c->name, 1e2 * tolerance, scenario, sss_dipole_method_name(v->choice.method), v->choice.tolerance,
+           v->choice.density, (int)v->choice.directions, v->choice.storage, v->chosen ? v->chosen->rel_l2 : NAN,
+           v->choice.predicted_error, v->cost, v->choice.cost_ms);
+    if (v->cheapest)
+    {
+        printf("; least %s(%g,%g,%d,%d) %.2e %.4g ms, %.2f times", v->cheapest->method, v->cheapest->tolerance,
+               v->cheapest->density, v->cheapest->directions, v->cheapest->storage, v->cheapest->rel_l2, v->least,
+               v->cost / v->least);
+    }
+    printf("\n");
+}
+
+// ---- counting ----
+
+typedef struct counts
+{
+    size_t asked, within, cheap, both; // of those where some run is within the tolerance
+    size_t lambert, lambert_kept;      // of those where Lambert is
+    double dearest;                    // times the least, among those within the tolerance
+} counts;
+
+static void tally(const verdict *v, counts *n)
+{
+    if (!v->cheapest)
+    {
+        return;
+    }
+    ++n->asked;
+    n->within += (size_t)v->within;
+    n->cheap += (size_t)v->cheap;
+    n->both += (size_t)(v->within && v->cheap);
+    n->lambert += (size_t)v->lambert;
+    n->lambert_kept += (size_t)(v->lambert && v->within && v->cost <= v->lambert_cost);
+    n->dearest = v->within ? fmax(n->dearest, v->cost / v->least) : n->dearest;
+}
+
+static void count_scenario(const measured *m, size_t scenario, const fitted *without_each, int list, counts *n)
+{
+    memset(n, 0, sizeof *n);
+    for (size_t c = 0; c < m->case_count; ++c)
+    {
+        for (size_t t = 0; t < TOLERANCES; ++t)
+        {
+            verdict v;
+            sss_dipole__curves curves;
+            if (without_each)
+            {
+                curves = fitted_curves(&without_each[c]);
+            }
+            judge(m, c, tolerances[t], scenarios[scenario].changes, without_each ? &curves : NULL, &v);
+            tally(&v, n);
+            if (list || (v.cheapest && (!v.within || !v.cheap)))
+            {
+                print_verdict(list ? "" : "    ", &m->cases[c], tolerances[t], scenarios[scenario].name, &v);
+            }
+        }
+    }
+}
+
+// ---- the tests ----
+
+static measured chart;
+
+static void the_header_has_the_fitted_constants(void)
+{   // Oracle: the fit itself, of the chart that is committed; three digits of it, which fit.sh --write puts there.
+    static fitted f;
+    if (!CHECK_EQUAL(fit_curves(&chart, CASES_ALL, &f), 0))
+        return;
+    const size_t variants = sizeof sss_dipole__variants / sizeof sss_dipole__variants[0];
+    double scales = 0.0, slopes = 0.0, ranges = 0.0;
+    size_t alike = 0;
+    CHECK_EQUAL(variants, f.variant_count);
+    for (size_t i = 0; i < f.variant_count && i < variants; ++i)
+    {
+        const sss_dipole__variant *const v = &f.variants[i], *const h = &sss_dipole__variants[i];
+        alike += v->method == h->method && v->tolerance == h->tolerance && v->directions == h->directions &&
+                 v->storage == h->storage && fabs(v->density - h->density) < 1e-5;
+        for (int q = 0; q < SSS_DIPOLE__QUANTITIES; ++q)
+            scales = fmax(scales, v->scale[q] > 0.0 ? fabs(h->scale[q] / v->scale[q] - 1.0) : h->scale[q]);
+        for (int k = 0; k < SSS_DIPOLE__FEATURES; ++k)
+            slopes = fmax(slopes, fabs(h->lean[k] - v->lean[k]));
+    }
+    for (int m = 0; m < SSS_DIPOLE_METHOD_COUNT; ++m)
+        for (int q = 0; q < SSS_DIPOLE__QUANTITIES; ++q)
+            for (int k = 0; k < SSS_DIPOLE__FEATURES; ++k)
+                slopes = fmax(slopes, fabs(sss_dipole__slopes[m][q][k] - f.slopes[m][q][k]));
+    for (int k = 0; k < 4; ++k)
+        for (int end = 0; end < 2; ++end)
+            ranges = fmax(ranges, fabs(sss_dipole__ranges[k][end] - f.ranges[k][end]));
+    CHECK_EQUAL(alike, variants);
+    CHECK_BELOW(scales, 0.006);
+    CHECK_BELOW(slopes, 6e-4);
+    CHECK_BELOW(ranges, 6e-4);
+}
+
+static void no_error_is_above_its_prediction(void)
+{   // Oracle: every run of the chart that can be ranked.
+    const sss_dipole__curves curves = {sss_dipole__variants,
+                                       sizeof sss_dipole__variants / sizeof sss_dipole__variants[0],
+                                       sss_dipole__slopes, sss_dipole__ranges};
+    double worst = 0.0, sum = 0.0;
+    size_t n = 0;
+    for (size_t i = 0; i < chart.run_count; ++i)
+    {
+        const measured_run *const run = &chart.runs[i];
+        for (size_t k = 0; k < curves.variant_count; ++k)
+            if (is_variant(run, &curves.variants[k]))
+            {
+                const double predicted = predicted_quantity(&chart.cases[run->which], &curves, k, SSS_DIPOLE__ERROR);
+                worst = fmax(worst, run->rel_l2 / predicted);
+                sum += log(predicted / run->rel_l2);
+                ++n;
+            }
+    }
+    test_note("%zu runs, predicted over measured: %.2f in the geometric mean, %.3f at least", n, exp(sum / (double)n),
+              1.0 / worst);
+    CHECK(n > 50);
+    CHECK_BELOW(worst, 1.0);
+}
+
+static void check_bars(const fitted *without_each, const double regression[SCENARIOS][3])
+{
+    for (size_t s = 0; s < SCENARIOS; ++s)
+    {
+        counts n;
+        count_scenario(&chart, s, without_each, 0, &n);
+        const double asked = (double)n.asked;
+        test_about("%s", scenarios[s].name);
+        test_note("%zu choices: %zu within the tolerance, %zu at most %.1f times as dear as the cheapest, %zu both, "
+                  "dearest %.2f; Lambert is enough in %zu, no more spent in %zu", n.asked, n.within, n.cheap, DEARER,
+                  n.both, n.dearest, n.lambert, n.lambert_kept);
+        CHECK(n.asked > chart.case_count);
+        CHECK_BAR_ABOVE((double)n.within / asked, 1.0, regression[s][0], "share of choices within the tolerance");
+        CHECK_BAR_ABOVE((double)n.cheap / asked, 1.0, regression[s][1],
+                        "share of choices at most 1.5 times as dear as the cheapest that is within");
+        if (n.lambert > 0)
+            CHECK_BAR_ABOVE((double)n.lambert_kept / (double)n.lambert, 1.0, regression[s][2],
+                            "share that costs no more than Lambert where that is enough");
+    }
+}
+
+static void the_choice_meets_its_bars(void)
+{   // Oracle: every run of the chart.
+    static const double regression[SCENARIOS][3] = {{1.0, 0.5, 0.0}, {1.0, 0.5, 0.0}, {1.0, 0.5, 0.0}};
+    check_bars(NULL, regression);
+}
+
+static void on_cases_that_the_fit_has_not_seen(void)
+{   // Oracle: as above; each case is chosen for by curves that are fitted to the others.
+    static const double regression[SCENARIOS][3] = {{0.5, 0.3, 0.0}, {0.5, 0.3, 0.0}, {0.5, 0.3, 0.0}};
+    fitted *const f = (fitted *)calloc(chart.case_count, sizeof *f);
+    int failed = f == NULL;
+    for (size_t c = 0; c < chart.case_count && !failed; ++c)
+        failed = fit_curves(&chart, (long)c, &f[c]);
+    if (CHECK(!failed))
+        check_bars(f, regression);
+    free(f);
+}
+
+// ---- commands ----
+
+static int run_fit(const char *path)
+{
+    static fitted f;
+    measured m;
+    char source[256];
+    int failed = measured_read(path, &m) != 0 || fit_curves(&m, CASES_ALL, &f) != 0;
+    if (!failed)
+    {
+        snprintf(source, sizeof source, "%zu runs on %zu cases", m.run_count, m.case_count);
+        print_curves(&f, source);
+    }
+    measured_free(&m);
+    return failed;
+}
+
+static int run_scatter(const char *path)
+{
+    static fitted f;
+    measured m;
+    const int failed = measured_read(path, &m) != 0 || fit_curves(&m, CASES_ALL, &f) != 0;
+    printf("Root mean square of ln(measured/fitted): error, precompute, frame, rebuild, bytes\n");
+    for (int k = 0; k < SSS_DIPOLE_METHOD_COUNT && !failed; ++k)
+    {
+        printf("%-14s", sss_dipole_method_name((sss_dipole_method)k));
+        for (int q = 0; q < SSS_DIPOLE__QUANTITIES; ++q)
+        {
+            printf(" %6.3f", f.scatter[k][q]);
+        }
+        printf("\n");
+    }
+    printf("Safety factors of errors\n");
+    for (size_t i = 0; i < f.variant_count && !failed; ++i)
+    {
+        const sss_dipole__variant *const v = &f.variants[i];
+        printf("%-14s tolerance %g density %g directions %d storage %d: %.2f\n", sss_dipole_method_name(v->method),
+               v->tolerance, v->density, v->directions, v->storage, f.safety[i]);
+    }
+    measured_free(&m);
+    return failed;
+}
+
+static int run_list(const char *path)
+{
+    measured m;
+    if (measured_read(path, &m) != 0)
+    {
+        return 1;
+    }
+    for (size_t s = 0; s < SCENARIOS; ++s)
+    {
+        counts n;
+        count_scenario(&m, s, NULL, 1, &n);
+    }
+    measured_free(&m);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    static const test_case tests[] = {TEST(the_header_has_the_fitted_constants), TEST(no_error_is_above_its_prediction),
+                                      TEST(the_choice_meets_its_bars), TEST(on_cases_that_the_fit_has_not_seen)};
+    const struct
+    {
+        const char *name;
+        int (*run)(const char *path);
+    } commands[] = {{"fit", run_fit}, {"scatter", run_scatter}, {"list", run_list}};
+    for (size_t i = 0; i < sizeof commands / sizeof commands[0]; ++i)
+    {
+        if (argc == 3 && strcmp(argv[1], commands[i].name) == 0)
+        {
+            return commands[i].run(argv[2]);
+        }
+    }
+    if (measured_read(CHART, &chart) != 0)
+    {
+        return 1;
+    }
+    const int status = test_main(argc, argv, "choice", tests, sizeof tests / sizeof *tests);
+    measured_free(&chart);
+    return status;
+}

@@ -1,0 +1,43 @@
+// The lines of a chart.csv, by case. Columns are found by their names, so that new ones do no harm.
+
+#ifndef SSS_TESTS_CHART_CHOICE_RUNS_H
+#define SSS_TESTS_CHART_CHOICE_RUNS_H
+
+#include "../../../sss_dipole.h"
+
+#include <stddef.h>
+
+// One measured run.
+typedef struct measured_run
+{
+    char method[32];
+    size_t which;     // case
+    double tolerance; // of its parameters; 0: none
+    double density;   // emitters over triangles, the nearest power of 4; 1: none
+    int directions;   // hao; 0: none
+    int storage;      // hao, a sss_hao_storage
+    double precompute_s, frame_ms, rebuild_ms, bytes, rel_l2;
+} measured_run;
+
+// Mesh x size x material x light.
+typedef struct measured_case
+{
+    char name[160];
+    char mesh[32], material[32], light[32];
+    sss_profile profile;
+    sss_dipole_scene scene; // without tolerance and what changes; area_mm2 and volume_mm3 where the chart says them
+    double model_l2;        // error of the model against the random walk; negative: not measured
+} measured_case;
+
+typedef struct measured
+{
+    measured_run *runs;
+    measured_case *cases;
+    size_t run_count, case_count;
+} measured;
+
+// Returns 0, or 1 with a message on stderr.
+int measured_read(const char *path, measured *out);
+void measured_free(measured *m);
+
+#endif
