@@ -41,7 +41,7 @@ DRAGON          := $(B)/models/dragon.ply
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all help demo demo-run test test-run setup chart truth mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
+.PHONY: all help demo demo-run test test-run setup chart truth figures mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
 all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH) $(CHOICE)
 
@@ -54,6 +54,7 @@ help:
 	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, .svg, .md"
 	@echo "                CASE='bunny-*' METHOD=hao, patterns both, measures part of it anew"
 	@echo "make truth      random walks for the chart's cases whose files are out of date: tests/chart/truth/"
+	@echo "make figures    draws every figure and writes every table again from the files that the others left"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
 	@echo "make stability  sweeps what breaks each method: tests/stability/README.md, and figures in its folders"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
@@ -93,11 +94,17 @@ chart:
 	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY) $(DRAGON)
 	CASE='$(CASE)' METHOD='$(METHOD)' sh tests/chart/chart.sh
 	$(if $(CASE)$(METHOD),,sh tests/chart/atlas.sh)
+	$(if $(CASE)$(METHOD),,sh tests/chart/examples.sh)
 
 truth:
 	@sh tests/setup.sh test
 	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY) $(DRAGON)
 	sh tests/chart/truth/truth.sh
+
+figures:
+	@sh tests/setup.sh test
+	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY) $(DRAGON)
+	sh tests/figures.sh
 
 mertens:
 	@sh tests/setup.sh test

@@ -7,8 +7,6 @@
 set -eu
 cd "$(dirname "$0")/../.."
 csv=tests/chart/atlas.csv
-begin='<!-- tests/chart/atlas.sh: begin -->'
-end='<!-- tests/chart/atlas.sh: end -->'
 keys="method triangles size border gutter charts utilisation stretch_l2 area_share_within area_least area_largest
       angle_distortion overlaps texel_area_error core_s"
 runs=3 # the quickest counts: the machine may be busy with something else
@@ -49,28 +47,15 @@ table()
         }' $csv
 }
 
-put()
-{
-    table >"$work/table"
-    awk -v begin="$begin" -v end="$end" -v table="$work/table" '
-        $0 == begin { print; while ((getline line < table) > 0) print line; inside = 1; next }
-        $0 == end { inside = 0 }
-        !inside' README.md >"$work/readme"
-    cat "$work/readme" >README.md
-}
+marked() { table | sh tests/chart/marked.sh README.md tests/chart/atlas.sh "$1"; }
 
 case ${1:-} in
     --print) table ;;
-    --write) put ;;
-    --check)
-        table >"$work/table"
-        awk -v begin="$begin" -v end="$end" '$0 == end { inside = 0 } inside { print } $0 == begin { inside = 1 }' \
-            README.md >"$work/there"
-        [ -s "$work/there" ] && diff "$work/there" "$work/table" ;;
+    --write | --check) marked "$1" ;;
     *)
         [ $# -gt 0 ] || set -- build/models/bunny.glb
         measure "$@" >"$work/csv"
         mv "$work/csv" $csv
-        put
+        marked --write
         table ;;
 esac

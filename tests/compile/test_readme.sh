@@ -98,6 +98,7 @@ for x in dipole atlas lensch hao bem tsis biscale; do
 done
 job "README.md: its table is that of chart.csv" "sh tests/chart/table.sh --check"
 job "README.md: its table of atlases is that of atlas.csv" "sh tests/chart/atlas.sh --check"
+job "README.md: its tables of what examples take are those of examples.csv" "sh tests/chart/examples.sh --check"
 for link in $(grep -o ']([^)#:]*)' README.md | tr -d ']()'); do
     job "README.md: $link exists" "[ -e '$link' ]"
 done
