@@ -302,9 +302,12 @@ SSS_ATLAS_API sss_result sss_atlas_get_texels(const sss_atlas *atlas, sss_atlas_
 SSS_ATLAS_API sss_result sss_atlas_fill_image(const sss_atlas *atlas, const float *values, size_t channels,
                                               size_t rings, float *image);
 
-// What a bilinear fetch finds at points of the surface: as a GPU does, clamped at the edge.
-//   triangle  [count];   barycentric  [count][3];   image  [size][size][channels];   out  [count][channels]
-// SSS_ERROR_INVALID_ARGUMENT; _INDEX: a triangle >= T.
+// What a bilinear fetch finds at points of the surface: as a GPU does, clamped at the edge of the image.
+//   triangle  [count];   barycentric  [count][3], finite, adding up to 1; beyond [0, 1] along the triangle's plane
+//   image     [size][size][channels], v upwards; what is not finite is passed on;   channels  1 .. 16
+//   out       [count][channels]; caller-owned; must not overlap the others
+// Never allocates; reentrant. SSS_ERROR_INVALID_ARGUMENT: null (for count = 0, too), out of range, a barycentric that
+// is not finite; _INDEX: a triangle >= T; out untouched then.
 SSS_ATLAS_API sss_result sss_atlas_fetch(const sss_atlas *atlas, const float *image, size_t channels,
                                          const uint32_t *triangle, const float *barycentric, size_t count, float *out);
 

@@ -10216,11 +10216,15 @@ static void sss_hao__move_header(sss_hao__stream *s, sss_hao *a)
     sss_hao__move_check(s);
 }
 
+// The bits of 1e20f. Floats of a file are transport from light to radiosity, of order 1, and scales and offsets of its
+// codes: what is larger is forged, and 2^16 times it, summed over the terms, is infinite as soon as a light is bright.
+#define SSS_HAO__MOST_BITS 0x60ad78ecu
+
 // What an array may hold.
 typedef enum sss_hao__content
 {
     SSS_HAO__ANY = 0,
-    SSS_HAO__FINITE, // float or double
+    SSS_HAO__FINITE, // a float within SSS_HAO__MOST_BITS or a double
     SSS_HAO__INDEX   // below a bound
 } sss_hao__content;
 
@@ -10238,7 +10242,7 @@ static int sss_hao__valid_number(const unsigned char *place, const sss_hao__arra
     {
     case SSS_HAO__ANY:    return 1;
     case SSS_HAO__FINITE:
-        return array->size == 4 ? (number & 0x7f800000u) != 0x7f800000u
+        return array->size == 4 ? (number & 0x7fffffffu) <= SSS_HAO__MOST_BITS // bits rise with the float
                                 : (number & 0x7ff0000000000000u) != 0x7ff0000000000000u;
     case SSS_HAO__INDEX:  return number < array->bound;
     }

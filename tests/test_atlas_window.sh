@@ -12,24 +12,16 @@ gltfpack -noq -si 0.1 -i build/models/bunny.glb -o "$mesh" >/dev/null 2>&1
 last_method() { [ "$(sed -n 's/^atlas_method=//p' "$work/said" | tail -n 1)" = "$1" ]; }
 
 start_server "$work"
-DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 "$atlas" "$mesh" --size 512 >"$work/said" 2>&1 &
-program=$!
-many_colours() { [ "$(colours "$work")" -gt 300 ]; }
-wait_for 60 many_colours; shown=$?
-window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$work/log" | head -n 1)
-DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 >>"$work/log" 2>&1
+start_program "$work/said" "$atlas" "$mesh" --size 512
+wait_for 60 many_colours "$work"; shown=$?
+focus
 for method in area convex orthographic; do
     before=$(picture "$work")
-    DISPLAY=$display xdotool key --delay 80 m >>"$work/log" 2>&1
+    press m
     wait_for 30 last_method $method && wait_for 20 changed "$work" "$before"
     echo $? >"$work/went-$method"
 done
-DISPLAY=$display xdotool key --delay 80 Escape >>"$work/log" 2>&1
-wait_for 20 gone $program; left=$?
-[ $left = 0 ] || kill $program 2>/dev/null
-wait $program; status=$?
-kill $server 2>/dev/null
-wait $server 2>/dev/null
+stop_program
 
 job "shows a picture" "[ $shown = 0 ]"
 for method in area convex orthographic; do

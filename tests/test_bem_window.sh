@@ -7,24 +7,19 @@ cd "$(dirname "$0")/.." || exit 1
 need Xvfb xdotool
 bem=${BEM:-build/bem}
 
-said() { tail -n 1 "$work/said" | grep -q -e "$1"; }
-press() { DISPLAY=$display xdotool key --delay 80 "$1" >>"$work/log" 2>&1; }
-
 # A key, and what the next line of times must then say.
 after() # key, text
 {
-    [ $moving = 0 ] && press "$1" && wait_for 20 said "$2"
+    [ $moving = 0 ] && press "$1" && wait_for 20 says "$2"
     echo $? >"$work/after-$1"
     cp "$work/said" "$work/after-$1.said"
 }
 
 start_server "$work"
-DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 "$bem" >"$work/said" 2>&1 &
-program=$!
+start_program "$work/said" "$bem"
 
-wait_for 60 said 'candle, .* on the fly: .*scatter'; started=$?
-window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$work/log" | head -n 1)
-DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 >>"$work/log" 2>&1
+wait_for 60 says 'candle, .* on the fly: .*scatter'; started=$?
+focus
 before=$(picture "$work")
 wait_for 20 changed "$work" "$before"; moving=$?
 after i 'candle, .* wax, incremental:'
@@ -33,12 +28,7 @@ after m 'candle, .* 100 mm, .* skimmilk,'
 after minus 'candle, .* 80 mm, .* skimmilk, render:'
 after space 'cube, .* 40 mm, both lamps, skimmilk, incremental:'
 after l 'cube, .* first lamp, '
-press Escape
-wait_for 20 gone $program; left=$?
-[ $left = 0 ] || kill $program 2>/dev/null
-wait $program; status=$?
-kill $server 2>/dev/null
-wait $server 2>/dev/null
+stop_program
 
 job "prints what every stage of a frame takes" "sed 's/^/note: /' '$work/said' | head -n 1; [ $started = 0 ]"
 job "the candle moves by itself" "[ $moving = 0 ]"

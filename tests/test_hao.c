@@ -3357,6 +3357,69 @@ static void damaged_files_are_refused(void)
     }
 }
 
+// The last number of each array of floats that an object has; their count.
+static int last_floats(sss_hao *hao, float *last[4])
+{
+    const size_t parts = hao->stats.storage == SSS_HAO_VECTORS ? 3 : 1;
+    const size_t terms = hao->channels * hao->shells * hao->terms;
+    int count = 0;
+    if (hao->q != NULL)
+        last[count++] = hao->q + hao->stats.vertex_count * hao->channels * parts * hao->lights - 1;
+    if (hao->table != NULL)
+        last[count++] = hao->table + 256 * hao->channels - 1;
+    if (hao->scale != NULL)
+        last[count++] = hao->scale + terms - 1;
+    if (hao->offset != NULL)
+        last[count++] = hao->offset + terms - 1;
+    return count;
+}
+
+static void forged_numbers_are_refused(void)
+{   // Oracle: objects with numbers that no light transport has, saved, so that their checks are right: beyond 1e20, not
+    // a number, infinite. What is just within loads, and relighting stays finite.
+    static const float forged[] = {1.01e20f, -1.01e20f, 3e38f, INFINITY, -INFINITY, NAN};
+    for (int storage = 0; storage < 5; ++storage)
+    {
+        scene s;
+        bytes b;
+        sss_hao *hao = NULL;
+        float *last[4] = {NULL, NULL, NULL, NULL}, B[15];
+        const double w[3] = {0.48, -0.6, 0.64};
+        const sss_hao_light light = directional(w, 1e6);
+        const uint64_t hash = small_file(storage, &s, &b);
+        test_about("storage %d", storage);
+        CHECK_EQUAL(load_from(&b, hash, NULL, &hao), SSS_OK);
+        free(b.data);
+        const int count = last_floats(hao, last);
+        CHECK(count > 0);
+        for (int k = 0; k < count; ++k)
+        {
+            const float kept = *last[k];
+            int refused = 1, finite = 1;
+            for (size_t i = 0; i <= COUNT(forged); ++i)
+            {
+                const int within = i == COUNT(forged);
+                sss_hao *back = untouched();
+                *last[k] = within ? -9.9e19f : forged[i];
+                b = saved(hao);
+                const sss_result result = load_from(&b, hash, NULL, &back);
+                refused &= result == (within ? SSS_OK : SSS_ERROR_BAD_DATA) && (within || back == untouched());
+                free(b.data);
+                if (result != SSS_OK)
+                    continue;
+                CHECK_EQUAL(sss_hao_relight(back, &light, 1, B), SSS_OK);
+                for (size_t j = 0; j < COUNT(B); ++j)
+                    finite &= isfinite(B[j]) != 0;
+                sss_hao_free(back);
+            }
+            *last[k] = kept;
+            CHECK(refused && finite);
+        }
+        sss_hao_free(hao);
+        scene_free(&s);
+    }
+}
+
 // An allocator with little to give, that notes the largest wish.
 typedef struct miser
 {
@@ -4443,6 +4506,7 @@ int main(int argc, char **argv)
         TEST(textures_and_uniforms),
         TEST(what_is_saved_comes_back),
         TEST(damaged_files_are_refused),
+        TEST(forged_numbers_are_refused),
         TEST(hostile_counts_ask_for_no_more),
         TEST(hashes_name_everything),
         TEST(bad_meshes_and_materials_are_refused),

@@ -10,31 +10,20 @@ hao=${HAO:-build/hao}
 mesh=$work/small.glb
 gltfpack -noq -si 0.06 -i build/models/bunny.glb -o "$mesh" >/dev/null 2>&1
 
-said() { tail -n 1 "$work/said" | grep -q -e "$1"; }
-press() { DISPLAY=$display xdotool key --delay 80 "$1" >>"$work/log" 2>&1; }
-
 start_server "$work"
-DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 "$hao" "$mesh" >"$work/said" 2>&1 &
-program=$!
-many_colours() { [ "$(colours "$work")" -gt 300 ]; }
-wait_for 60 many_colours; shown=$?
-window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$work/log" | head -n 1)
-DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 >>"$work/log" 2>&1
-wait_for 20 said 'uncompressed .* harmonics .* reference points .* off)'; told=$?
+start_program "$work/said" "$hao" "$mesh"
+wait_for 60 many_colours "$work"; shown=$?
+focus
+wait_for 20 says 'uncompressed .* harmonics .* reference points .* off)'; told=$?
 before=$(picture "$work")
 wait_for 20 changed "$work" "$before"; moving=$?
 press g
-wait_for 20 said 'vertex shader'; shader=$?
+wait_for 20 says 'vertex shader'; shader=$?
 press h
 sleep 1.5 # frames that were under way; the times on the screen change all the same
 press g
-wait_for 20 said 'off)$'; back=$?
-press Escape
-wait_for 20 gone $program; left=$?
-[ $left = 0 ] || kill $program 2>/dev/null
-wait $program; status=$?
-kill $server 2>/dev/null
-wait $server 2>/dev/null
+wait_for 20 says 'off)$'; back=$?
+stop_program
 
 job "shows a picture" "cat '$work/said'; [ $shown = 0 ]"
 job "prints what relighting takes" "tail -n 1 '$work/said' | sed 's/^/note: /'; [ $told = 0 ]"

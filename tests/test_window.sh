@@ -10,42 +10,32 @@ need Xvfb xdotool gltfpack
 mesh=$work/small.glb
 gltfpack -noq -si 0.03 -i build/models/bunny.glb -o "$mesh" >/dev/null 2>&1
 
-many_colours() { [ "$(colours "$1")" -gt "$2" ]; }
-
-in_a_window() # label, command
+in_a_window() # label, command...
 {
-    label=$1 command=$2
-    screen=$work/screen; rm -rf "$screen"; mkdir "$screen"
-    start_server "$screen"
-    DISPLAY=$display LIBGL_ALWAYS_SOFTWARE=1 sh -c "exec $command" >"$screen/said" 2>&1 &
-    program=$!
+    label=$1 folder=$work/screen-$1
+    shift
+    mkdir "$folder"
+    start_server "$folder"
+    start_program "$folder/said" "$@"
 
-    wait_for 60 many_colours "$screen" 300; shown=$?
-    seen=$(colours "$screen")
-    before=$(picture "$screen")
+    wait_for 60 many_colours "$folder"; shown=$?
+    seen=$(colours "$folder")
+    before=$(picture "$folder")
     # A drag to the right over the middle of the window.
-    DISPLAY=$display xdotool mousemove 400 400 mousedown 1 mousemove 460 410 mousemove 560 430 sleep 0.5 mouseup 1 \
-        >>"$screen/log" 2>&1
-    wait_for 20 changed "$screen" "$before"; turned=$?
-    # There is no window manager that would give the window the keyboard.
-    window=$(DISPLAY=$display xdotool search --onlyvisible --name . 2>>"$screen/log" | head -n 1)
-    DISPLAY=$display xdotool windowfocus "${window:-0}" sleep 0.3 keydown Escape sleep 1 keyup Escape \
-        >>"$screen/log" 2>&1
-    wait_for 20 gone $program; left=$?
-    [ $left = 0 ] || kill $program 2>/dev/null
-    wait $program; status=$?
-    kill $server 2>/dev/null
-    wait $server 2>/dev/null
+    on_screen mousemove 400 400 mousedown 1 mousemove 460 410 mousemove 560 430 sleep 0.5 mouseup 1
+    wait_for 20 changed "$folder" "$before"; turned=$?
+    focus
+    stop_program 1
 
     job "$label: shows a picture" "echo 'note: $seen colours on the screen'; [ $shown = 0 ]"
     job "$label: turns when the pointer drags" "[ $turned = 0 ]"
-    job "$label: Escape ends it with status 0" "cat '$screen/said'; [ '$left $status' = '0 0' ]"
+    job "$label: Escape ends it with status 0" "cat '$folder/said'; [ '$left $status' = '0 0' ]"
 }
 
 for source in examples/*.c; do
     name=$(basename "$source" .c)
     grep -q gl_context_create_window "$source" || continue
-    in_a_window "$name" "build/$name '$mesh'"
+    in_a_window "$name" "build/$name" "$mesh"
     job_fails "$name: without a display it fails and says why" \
         "env -u DISPLAY -u WAYLAND_DISPLAY 'build/$name' '$mesh'" 'display'
     job "$name --headless: needs no display, writes a picture" "

@@ -1,5 +1,5 @@
-# Checks as shell commands, run SSS_JOBS at a time (default: the number of processors). Sourced by the scripts of this folder, from the top folder:
-#   . tests/compile/jobs.sh
+# Checks as shell commands, SSS_JOBS at a time (as many as there are processors if not set). Sourced by the scripts of
+# this folder, from the top folder:
 #   job "what holds" 'command'        the check passes when the command succeeds
 #   job_fails "what must not" 'command' ['text']   passes when it fails; its output must contain the text
 #   skip "what" "why"

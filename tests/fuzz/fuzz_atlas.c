@@ -6,6 +6,8 @@
 #define SSS_ATLAS_IMPLEMENTATION
 #include "../../sss_atlas.h"
 
+#include "file.h"
+
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -17,83 +19,7 @@ static const float positions[18] = {1, 0, 0, -1, 0, 0, 0, 1, 0, 0, -1, 0, 0, 0, 
 static const uint32_t triangles[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4, 2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
 static const sss_mesh mesh = {positions, NULL, triangles, 6, 8, 5.0};
 
-typedef struct file
-{
-    uint8_t *bytes;
-    size_t count, read;
-} file;
-
-static int append(void *user, const void *bytes, size_t count)
-{
-    file *f = (file *)user;
-    uint8_t *const grown = (uint8_t *)realloc(f->bytes, f->count + count);
-    if (!grown)
-    {
-        abort();
-    }
-    memcpy(grown + f->count, bytes, count);
-    f->bytes = grown;
-    f->count += count;
-    return 0;
-}
-
-static int take(void *user, void *bytes, size_t count)
-{
-    file *f = (file *)user;
-    if (count > f->count - f->read)
-    {
-        return 1;
-    }
-    memcpy(bytes, f->bytes + f->read, count);
-    f->read += count;
-    return 0;
-}
-
-static uint32_t word_at(const file *f, size_t word)
-{
-    const uint8_t *const b = f->bytes + 4 * word;
-    return (uint32_t)b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
-}
-
-static void set_word(file *f, size_t word, uint32_t value)
-{
-    for (size_t k = 0; k < 4; ++k)
-    {
-        f->bytes[4 * word + k] = (uint8_t)(value >> 8 * k);
-    }
-}
-
-// Where the checks of a good file are: two words that hold the hash of all before.
-static size_t find_checks(const file *f, size_t *checks, size_t room)
-{
-    uint64_t hash = SSS_ATLAS__HASH_START;
-    size_t found = 0;
-    for (size_t i = 0; i + 1 < f->count / 4; ++i)
-    {
-        const uint64_t word = word_at(f, i), two = word | (uint64_t)word_at(f, i + 1) << 32;
-        if (found < room && two == hash)
-        {
-            checks[found++] = i;
-        }
-        hash = sss_atlas__mix(hash, word_at(f, i));
-    }
-    return found;
-}
-
-static void mend_checks(file *f, const size_t *checks, size_t count)
-{
-    uint64_t hash = SSS_ATLAS__HASH_START;
-    for (size_t i = 0, next = 0; i < f->count / 4; ++i)
-    {
-        if (next < count && i == checks[next])
-        {
-            set_word(f, i, (uint32_t)(hash & UINT32_MAX));
-            set_word(f, i + 1, (uint32_t)(hash >> 32));
-            ++next;
-        }
-        hash = sss_atlas__mix(hash, word_at(f, i));
-    }
-}
+static const file_hash hashing = {SSS_ATLAS__HASH_START, sss_atlas__mix};
 
 static file good_file(void)
 {
@@ -108,14 +34,6 @@ static file good_file(void)
     }
     sss_atlas_free(atlas);
     return f;
-}
-
-static void insist(int condition)
-{
-    if (!condition)
-    {
-        abort();
-    }
 }
 
 static void check_sound(const sss_atlas *atlas)
@@ -172,7 +90,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (good.bytes == NULL)
     {
         good = good_file();
-        check_count = find_checks(&good, checks, 8);
+        check_count = find_checks(&good, hashing, checks, 8);
         insist(check_count >= 1 && checks[check_count - 1] + 2 == good.count / 4);
     }
     if (size > 0 && data[0] < 64)
@@ -182,19 +100,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     else
     {
         append(&f, good.bytes, good.count);
-        for (size_t i = 1; i + 7 <= size; i += 7) // a place, what to do there, a value
-        {
-            const size_t words = f.count / 4, place = ((size_t)data[i] | (size_t)data[i + 1] << 8) % words;
-            uint32_t value;
-            memcpy(&value, data + i + 3, sizeof value);
-            set_word(&f, place, data[i + 2] % 3 == 0 ? value : data[i + 2] % 3 == 1 ? word_at(&f, place) + value
-                                                                                    : word_at(&f, place) ^ value);
-        }
-        if (size > 0 && data[0] < 224)
-        {
-            mend_checks(&f, checks, check_count);
-        }
-        f.count -= size > 0 && data[0] % 16 == 15 ? (size_t)data[0] : 0; // cut
+        change(&f, hashing, checks, check_count, size > 0 ? data[0] : 255, data + 1, size > 1 ? size - 1 : 0);
     }
     const sss_result result = sss_atlas_load(&mesh, take, &f, NULL, &atlas);
     if (result == SSS_OK)

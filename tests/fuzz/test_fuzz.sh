@@ -1,14 +1,14 @@
 #!/bin/sh
 # Fuzzes every parser of bytes: each tests/fuzz/fuzz_NAME.c, with clang's libFuzzer under the address and
-# undefined-behaviour sanitizers, for SSS_FUZZ_SECONDS (default 20) from seeds that are valid files. An input that
+# undefined-behaviour sanitizers, for SSS_FUZZ_SECONDS (default 12) from seeds that are valid files. An input that
 # crashes is kept in build/fuzz. And a parser that does read one byte too far must be found.
 cd "$(dirname "$0")/../.." || exit 1
 . tests/compile/jobs.sh
-seconds=${SSS_FUZZ_SECONDS:-20}
+seconds=${SSS_FUZZ_SECONDS:-12}
 out=build/fuzz
 mkdir -p $out
 have clang || { echo "clang is not installed"; echo "0 passed, 1 failed"; exit 1; }
-sanitizers="-g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined"
+sanitizers="-g1 -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=undefined"
 # Memory is limited and the standard library's exceptions are the loader's own business.
 options="-max_total_time=$seconds -rss_limit_mb=3000 -timeout=20 -max_len=16384 -print_final_stats=1"
 

@@ -88,8 +88,9 @@ static int figure5_curve(const hao_settings *s, const hao_model *m, sss_hao_inte
 
 int hao_figure5(const hao_settings *s)
 {
-    FILE *const file = hao_open(s, "figure5.csv", "model,vertices,nearest,shadows,directions,rmse,rmse_mean,"
-                                "rmse_linear,rel_l2,predicted");
+    FILE *const file = experiment_open(s->folder, "figure5.csv",
+                                       "model,vertices,nearest,shadows,directions,rmse,rmse_mean,"
+                                       "rmse_linear,rel_l2,predicted");
     int failed = file == NULL;
     if (failed)
     {
@@ -134,8 +135,9 @@ int hao_figure9(const hao_settings *s)
     static const double shares[] = {0.005, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32};
     const size_t steps = s->quick ? 3 : sizeof shares / sizeof shares[0];
     double w[3 * LIGHTS_MAX];
-    FILE *const file = hao_open(s, "figure9.csv", "model,vertices,storage,references,order,rmse,rmse_mean,rmse_linear,"
-                                "rel_l2,storage_error,bytes_per_vertex");
+    FILE *const file = experiment_open(s->folder, "figure9.csv",
+                                       "model,vertices,storage,references,order,rmse,rmse_mean,rmse_linear,"
+                                       "rel_l2,storage_error,bytes_per_vertex");
     int failed = file == NULL;
     if (failed)
     {
@@ -174,7 +176,7 @@ int hao_figure9(const hao_settings *s)
 int hao_numbers(const hao_settings *s)
 {
     double w[3 * LIGHTS_MAX];
-    FILE *const file = hao_open(s, "numbers.csv", "what,model,vertices,value,paper_model,paper");
+    FILE *const file = experiment_open(s->folder, "numbers.csv", "what,model,vertices,value,paper_model,paper");
     int failed = file == NULL;
     if (failed)
     {

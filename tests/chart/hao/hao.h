@@ -6,11 +6,11 @@
 
 #include "../../../sss_dipole.h"
 #include "../../../sss_hao.h"
+#include "../../common/experiments.h"
 #include "../../common/meshes.h"
 #include "../../common/views.h"
 
 #include <stddef.h>
-#include <stdio.h>
 
 typedef struct hao_settings
 {
@@ -21,9 +21,6 @@ typedef struct hao_settings
     size_t views, side;    // pictures of a light, and their size
     size_t lights;         // of the figures
 } hao_settings;
-
-// A new file in the folder, begun with a line of its columns; NULL with a message.
-FILE *hao_open(const hao_settings *s, const char *name, const char *columns);
 
 // A mesh with marble, as large as is said.
 typedef struct hao_model

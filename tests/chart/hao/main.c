@@ -16,20 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-FILE *hao_open(const hao_settings *s, const char *name, const char *columns)
-{
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s", s->folder, name);
-    FILE *const file = fopen(path, "w");
-    if (!file)
-    {
-        perror(path);
-        return NULL;
-    }
-    fprintf(file, "%s\n", columns);
-    return file;
-}
-
 int hao_load(const hao_settings *s, const char *name, double size_mm, hao_model *out)
 {
     mesh_data thin;
@@ -180,24 +166,6 @@ static const struct
                     {"table1", hao_table1},
                     {"bars", hao_bars}};
 
-static int wanted(int argc, char **argv, const char *name)
-{
-    int named = 0;
-    for (int i = 2; i < argc; ++i)
-    {
-        if (strcmp(argv[i], "--threads") == 0)
-        {
-            ++i;
-        }
-        else if (argv[i][0] != '-')
-        {
-            named = 1;
-            if (strcmp(argv[i], name) == 0) return 1;
-        }
-    }
-    return !named;
-}
-
 int main(int argc, char **argv)
 {
     hao_settings s = {"", 1, 0, 0, 12, 256, 8};
@@ -223,7 +191,7 @@ int main(int argc, char **argv)
     }
     for (size_t i = 0; i < sizeof measurements / sizeof measurements[0]; ++i)
     {
-        if (wanted(argc, argv, measurements[i].name) && measurements[i].run(&s) != 0)
+        if (experiment_wanted(argc, argv, "--threads", measurements[i].name) && measurements[i].run(&s) != 0)
         {
             fprintf(stderr, "%s failed\n", measurements[i].name);
             return 1;

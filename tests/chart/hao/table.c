@@ -112,9 +112,10 @@ int hao_table1(const hao_settings *s)
     static const char *const names[] = {"horse_14k_v", "bunny", "dragon_res2", "dragon"};
     const double memory = bandwidth();
     FILE *const file =
-        hao_open(s, "table1.csv", "model,vertices,triangles,channels,references,bytes_per_vertex,compression,"
-                 "frames_per_second,frame_ms,precompute_s,of_bandwidth,peak_bytes,sum_error,interpolation_error,"
-                 "storage_error");
+        experiment_open(s->folder, "table1.csv",
+                        "model,vertices,triangles,channels,references,bytes_per_vertex,compression,"
+                        "frames_per_second,frame_ms,precompute_s,of_bandwidth,peak_bytes,sum_error,interpolation_error,"
+                        "storage_error");
     int failed = file == NULL;
     if (failed)
     {
@@ -202,8 +203,9 @@ int hao_bars(const hao_settings *s)
 {
     static const char *const names[] = {"bunny", "horse_14k_v"};
     static const double sizes[] = {20.0, 50.0, 100.0};
-    FILE *const file = hao_open(s, "bars.csv", "model,vertices,size_mm,directions,shadows,rel_l2,image_rmse,"
-                                "image_rmse_linear,sum_error,interpolation_error,storage_error,predicted");
+    FILE *const file = experiment_open(s->folder, "bars.csv",
+                                       "model,vertices,size_mm,directions,shadows,rel_l2,image_rmse,"
+                                       "image_rmse_linear,sum_error,interpolation_error,storage_error,predicted");
     int failed = file == NULL;
     if (failed)
     {

@@ -105,7 +105,8 @@ int mertens_figure3(const mertens_settings *s)
 {
     sss_profile p;
     uint64_t state = 3;
-    FILE *const file = mertens_open(s, "figure3.csv", "distance_cm,exact,taylor,samples_12,samples_100,samples_10000");
+    FILE *const file = experiment_open(s->folder, "figure3.csv",
+                                       "distance_cm,exact,taylor,samples_12,samples_100,samples_10000");
     if (!file || profile_of("Skimmilk", &p) != 0)
     {
         return 1;
@@ -144,7 +145,8 @@ static size_t taylor_samples(const sss_profile *p, const double corners[9], doub
 int mertens_figure4(const mertens_settings *s)
 {
     sss_profile p;
-    FILE *const file = mertens_open(s, "figure4.csv", "distance_cm,segments,segments_without_sigma,jensen_buhler");
+    FILE *const file = experiment_open(s->folder, "figure4.csv",
+                                       "distance_cm,segments,segments_without_sigma,jensen_buhler");
     if (!file || profile_of("Marble", &p) != 0)
     {
         return 1;

@@ -11,20 +11,6 @@
 #include <stdio.h>
 #include <string.h>
 
-FILE *mertens_open(const mertens_settings *s, const char *name, const char *columns)
-{
-    char path[512];
-    snprintf(path, sizeof path, "%s/%s", s->folder, name);
-    FILE *const file = fopen(path, "w");
-    if (!file)
-    {
-        perror(path);
-        return NULL;
-    }
-    fprintf(file, "%s\n", columns);
-    return file;
-}
-
 static const struct
 {
     const char *name;
@@ -34,24 +20,6 @@ static const struct
                    {"table3", mertens_table3},
                    {"table4", mertens_table4},
                    {"table5", mertens_table5}};
-
-static int wanted(int argc, char **argv, const char *name)
-{
-    int named = 0;
-    for (int i = 2; i < argc; ++i)
-    {
-        if (strcmp(argv[i], "--models") == 0)
-        {
-            ++i;
-        }
-        else if (argv[i][0] != '-')
-        {
-            named = 1;
-            if (strcmp(argv[i], name) == 0) return 1;
-        }
-    }
-    return !named;
-}
 
 int main(int argc, char **argv)
 {
@@ -76,7 +44,7 @@ int main(int argc, char **argv)
     }
     for (size_t i = 0; i < sizeof experiments / sizeof experiments[0]; ++i)
     {
-        if (wanted(argc, argv, experiments[i].name) && experiments[i].run(&s) != 0)
+        if (experiment_wanted(argc, argv, "--models", experiments[i].name) && experiments[i].run(&s) != 0)
         {
             fprintf(stderr, "%s failed\n", experiments[i].name);
             return 1;

@@ -3,8 +3,9 @@
 #ifndef SSS_TESTS_CHART_MERTENS_H
 #define SSS_TESTS_CHART_MERTENS_H
 
+#include "../../common/experiments.h"
+
 #include <stddef.h>
-#include <stdio.h>
 
 typedef struct mertens_settings
 {
@@ -16,9 +17,6 @@ typedef struct mertens_settings
     size_t receivers;          // of a reference
     int coarser;               // splits by which the cube and the candle have fewer
 } mertens_settings;
-
-// A new file in the folder, begun with a line of its columns; NULL with a message.
-FILE *mertens_open(const mertens_settings *s, const char *name, const char *columns);
 
 // All return 0, or nonzero on failure with a message.
 int mertens_figure3(const mertens_settings *s);

@@ -242,7 +242,7 @@ static const char *const run_columns = "oracle,triangles,vertices,links,near,on_
 int mertens_table3(const mertens_settings *s)
 {
     const size_t base = 126;
-    FILE *const file = mertens_open(s, "table3.csv", run_columns);
+    FILE *const file = experiment_open(s->folder, "table3.csv", run_columns);
     int failed = !file;
     for (int level = 2; !failed && base << (2 * level) <= s->triangles_max; ++level)
     {
@@ -337,7 +337,7 @@ int mertens_table4(const mertens_settings *s)
 {
     char columns[512];
     snprintf(columns, sizeof columns, "model,type,%s", run_columns);
-    FILE *const file = mertens_open(s, "table4.csv", columns);
+    FILE *const file = experiment_open(s->folder, "table4.csv", columns);
     int failed = !file;
     for (size_t i = 0; i < sizeof table4_models / sizeof table4_models[0] && !failed; ++i)
     {
@@ -369,7 +369,7 @@ int mertens_table5(const mertens_settings *s)
     static const double scales[] = {0.05, 0.1, 0.2, 0.4, 0.8}; // metres
     const table4_model *const cube = &table4_models[2];
     FILE *const file =
-        mertens_open(s, "table5.csv", "scale_m,form_factor_ms,form_factor_rel_l2,point_ms,point_rel_l2,"
+        experiment_open(s->folder, "table5.csv", "scale_m,form_factor_ms,form_factor_rel_l2,point_ms,point_rel_l2,"
                                    "contribution_ms,contribution_rel_l2");
     double point_ms = 0.0;
     int failed = !file;
