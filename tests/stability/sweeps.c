@@ -910,7 +910,7 @@ void sweep_grazing(const method *m)
     close_sweep(m, "grazing");
 }
 
-// The largest change of B at a receiver, over the mean of both.   B, before  value of channel c at receiver i: [3 i + c]
+// The largest change of B at a receiver, over the mean of both.   B, before  [count]
 static double largest_step(const double *B, const double *before, size_t count)
 {
     double largest = 0.0, mean = 0.0;
