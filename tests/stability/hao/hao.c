@@ -38,7 +38,6 @@ static sss_hao_options scene_options(scene *s)
     sss_hao_options options;
     memset(&options, 0, sizeof options);
     options.storage = SSS_HAO_FLOAT;
-    options.directions = record_full() ? 0 : 66;
     options.visibility = scene_answers;
     options.visibility_user = s;
     return options;
