@@ -72,7 +72,7 @@
 //   * Positions are floats over the diagonal: a mean free path below a millionth of it loses digits, and
 //     stats.predicted_error grows as 1e-9 of the diagonal over the path. Rounding may leave B of dark vertices at -1e-6
 //     of the largest.
-// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- BEGIN measured by make stability (tests/stability/README.md says what the errors are; in brackets: sweep) ----
 // ---- END measured by make stability ----
 //
 

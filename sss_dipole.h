@@ -89,7 +89,7 @@
 //     2 pi z/H with the source's height H over it, without a bound; there the relative error is 6e-8 z/H, from
 //     positions in float. sss_bem.h has a guard against it; this gather has none.
 //   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
-// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- BEGIN measured by make stability (tests/stability/README.md says what the errors are; in brackets: sweep) ----
 // ---- END measured by make stability ----
 //
 

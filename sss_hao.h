@@ -97,7 +97,7 @@
 //     near side, takes most of them: 1.5 % of B between distances 120 and 16 mm (tests/test_hao.c).
 //   * options.range below the size of the triangles nearby reaches as far as these do.
 //   * Slivers a ten-thousandth as wide as long, in a medium whose mean free path lies between, cost 10 ms a vertex.
-// ---- BEGIN measured by make stability (tests/stability: README.md says what the errors are; in brackets the sweep) ----
+// ---- BEGIN measured by make stability (tests/stability/README.md says what the errors are; in brackets: sweep) ----
 // ---- END measured by make stability ----
 
 #ifndef SSS_HAO_H

@@ -156,7 +156,8 @@ double mesh_border(const mesh_data *mesh)
     qsort(edges, count, sizeof *edges, by_vertices);
     for (size_t begin = 0, end; begin < count; begin = end)
     {
-        const float *const p = &mesh->positions[3 * edges[begin].low], *const q = &mesh->positions[3 * edges[begin].high];
+        const float *const p = &mesh->positions[3 * edges[begin].low];
+        const float *const q = &mesh->positions[3 * edges[begin].high];
         int sign = 0;
         for (end = begin; end < count && by_vertices(&edges[begin], &edges[end]) == 0; ++end) sign += edges[end].sign;
         const double x = (double)p[0] - (double)q[0], y = (double)p[1] - (double)q[1], z = (double)p[2] - (double)q[2];

@@ -40,8 +40,11 @@ table()
 lines()
 {
     awk -F';' -v method="$1" '
-        function put(text) { if (length(text) > 118) { print "limits.sh: a line too long: " text > "/dev/stderr"; exit 1 }
-                             print "//   * " text }
+        function put(text)
+        {
+            if (length(text) > 113) { print "limits.sh: a line too long: " text > "/dev/stderr"; exit 1 }
+            print "//   * " text
+        }
         $1 != method { next }
         $3 == "model" || $3 == "input" {
             put("10 % " $3 " error: " $2 ", " $4 "; worst " $6 " (" $8 ")"); next }

@@ -105,7 +105,7 @@ outcome scene_compare(const scene *s, const float *B, const double *truth, size_
     {
         const double weight = s->areas[s->receivers[i / 3]];
         const double difference = (double)B[3 * s->receivers[i / 3] + i % 3] - truth[i];
-        if (isnan(truth[i]))
+        if (isnan(truth[i]) || weight == 0.0)
         {
             continue;
         }

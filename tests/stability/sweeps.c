@@ -123,6 +123,7 @@ void rows_of(const method *m, const solution *s, const char *sweep, double x, ro
 static double against_promise(const series *s, const row *r)
 {
     const double promise = fmax(s->tolerance, isnan(r->predicted) ? 0.0 : r->predicted);
+    if (r->left_out >= 1.0) return 0.0; // nothing could be compared
     return isfinite(r->rel_l2) ? r->rel_l2 / promise : HUGE_VAL;
 }
 
@@ -910,7 +911,7 @@ void sweep_grazing(const method *m)
     close_sweep(m, "grazing");
 }
 
-// The largest change of B at a receiver, over the mean of both.   B, before  value of channel c at receiver i: [3 i + c]
+// The largest change of B at a receiver, over the mean of both.   B, before  [count]
 static double largest_step(const double *B, const double *before, size_t count)
 {
     double largest = 0.0, mean = 0.0;

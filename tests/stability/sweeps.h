@@ -27,7 +27,7 @@ typedef struct series
     const char *name;
     sss_dipole_geometry geometry;
     double guard;                        // of the reference, 0: none
-    double tolerance;                    // relative L2 error that was asked for; 0: none was, stats.predicted_error holds
+    double tolerance;                    // relative L2 error that was asked for; 0: none, stats.predicted_error holds
     double regression;                   // the worst error over what was asked for or predicted that is tolerated
 } series;
 

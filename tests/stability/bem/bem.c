@@ -1,5 +1,5 @@
-// What breaks sss_bem.h: see ../record.h. Of every step are checked: nothing infinite or NaN, no spike, the error against
-// the converged reference within what was asked and what was predicted.
+// What breaks sss_bem.h: see ../record.h. Of every step are checked: nothing infinite or NaN, no spike, the error
+// against the converged reference within what was asked or what was predicted.
 //   build/tests/stability/bem [--write FOLDER] [TEST]
 
 #define SSS_DIPOLE_IMPLEMENTATION

@@ -21,5 +21,5 @@ unset logscale y
 set format y "%g"
 set yrange [0:0.5]
 set xrange [5:400]
-plot for [m in "Marble Skimmilk"] rows("guard on the bunny ".m, "placed") using 3:11 with linespoints lw 1.5 pt 7 title m
+plot for [m in "Marble Skimmilk"] rows("guard on the bunny ".m, "placed") using 3:11 with linespoints pt 7 title m
 set autoscale x

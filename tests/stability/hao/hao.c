@@ -1,6 +1,6 @@
 // What breaks sss_hao.h: see ../record.h. Three ways of keeping the integrals: floats under lights of the set, which is
-// what the sums are worth; reference points, the default, and harmonics alone, both with a lattice of directions between
-// which lights are interpolated.
+// what the sums are worth; reference points, the default, and harmonics alone, both with a lattice of directions
+// between which lights are interpolated.
 //   build/tests/stability/hao [--write FOLDER] [TEST]
 
 #define SSS_DIPOLE_IMPLEMENTATION
@@ -38,7 +38,6 @@ static sss_hao_options scene_options(scene *s)
     sss_hao_options options;
     memset(&options, 0, sizeof options);
     options.storage = SSS_HAO_FLOAT;
-    options.directions = record_full() ? 0 : 66;
     options.visibility = scene_answers;
     options.visibility_user = s;
     return options;
