@@ -224,6 +224,8 @@ static int show_case(const chart_entry *entry, const settings *s)
                with_status == TRUTH_NONE ? "" : truth_status_string(with_status));
     else if (status == TRUTH_OK)
         table_line(name, &t, &with_g);
+    if (s->table && (status != TRUTH_OK || (with_status != TRUTH_OK && with_status != TRUTH_NONE)))
+        fprintf(stderr, "%s: %s; g = 0.8: %s\n", name, truth_status_string(status), truth_status_string(with_status));
     truth_free(&t);
     truth_free(&with_g);
     chart_case_free(&chart);

@@ -67,7 +67,7 @@ END
 
 case ${1:-} in
     --readme) readme ;;
-    --verify) $program --verify $here/verify.csv --photons 400000 && readme >build/truth.md &&
+    --verify) $program --verify $here/verify.csv --photons 200000 && readme >build/truth.md &&
               mv build/truth.md $here/README.md ;;
     '') $program --all --noise 0.02 --steps 2.5e8 && $program --g 0.8 --noise 0.025 --steps 2.5e8 $anisotropic &&
         readme >build/truth.md && mv build/truth.md $here/README.md ;;
