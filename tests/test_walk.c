@@ -65,7 +65,7 @@ static agreement run_layers(size_t first, size_t step, double steps, void (*chan
         bench_result r;
         if (changed != NULL)
             changed(&layer);
-        CHECK_EQUAL(bench_run(&layer, photons_for(&bench_layers[i], steps), 7, all_threads(), &r), 0);
+        CHECK_EQUAL(bench_run(&layer, photons_for(&bench_layers[i], steps), 7 + i, all_threads(), &r), 0);
         agree(&a, r.R, layer.R, layer.digits);
         if (layer.T >= 0.0)
             agree(&a, r.T, layer.T, layer.digits);
@@ -121,7 +121,7 @@ static void mutated_layers_disagree(void)
         if (layer.g == 0.0)
             continue;
         backward(&layer);
-        CHECK_EQUAL(bench_run(&layer, photons_for(&layer, 3e4), 7, all_threads(), &r), 0);
+        CHECK_EQUAL(bench_run(&layer, photons_for(&layer, 3e4), 7 + i, all_threads(), &r), 0);
         agree(&wrong, r.R, layer.R, layer.digits);
     }
     CHECK(wrong.count >= 8);
@@ -139,7 +139,7 @@ static void rings_agree_with_mcml(void)
         if (photons[i] == 0)
             continue;
         test_about("case %s", p->name);
-        CHECK_EQUAL(bench_run_profile(p, photons[i], 3, all_threads(), rings), 0);
+        CHECK_EQUAL(bench_run_profile(p, photons[i], 3 + i, all_threads(), rings), 0);
         double worst = 0.0, ours = 0.0, theirs = 0.0; // the sums: all that leaves
         for (size_t k = 0; k < BENCH_RINGS; ++k)
         {
