@@ -224,6 +224,8 @@ static int show_case(const chart_entry *entry, const settings *s)
                with_status == TRUTH_NONE ? "" : truth_status_string(with_status));
     else if (status == TRUTH_OK)
         table_line(name, &t, &with_g);
+    if (s->table && (status != TRUTH_OK || (with_status != TRUTH_OK && with_status != TRUTH_NONE)))
+        fprintf(stderr, "%s: %s; g = 0.8: %s\n", name, truth_status_string(status), truth_status_string(with_status));
     truth_free(&t);
     truth_free(&with_g);
     chart_case_free(&chart);
@@ -237,7 +239,8 @@ static double score(walk_total got, double want)
     return got.error > 0.0 ? (got.value - want) / got.error : 0.0;
 }
 
-static int verify_layers(FILE *file, uint64_t photons, const sss_hooks *hooks)
+// Each row has its own random numbers, so that rows are independent.
+static int verify_layers(FILE *file, const settings *s, uint64_t photons, const sss_hooks *hooks)
 {
     double squares = 0.0, sum = 0.0;
     int within = 0, count = 0;
@@ -245,7 +248,7 @@ static int verify_layers(FILE *file, uint64_t photons, const sss_hooks *hooks)
     {
         const bench_layer *const l = &bench_layers[i];
         bench_result r;
-        if (bench_run(l, photons, 1, hooks, &r) != 0)
+        if (bench_run(l, photons, s->truth.seed + i, hooks, &r) != 0)
             return 1;
         for (int side = 0; side < (l->T >= 0.0 ? 2 : 1); ++side)
         {
@@ -266,14 +269,14 @@ static int verify_layers(FILE *file, uint64_t photons, const sss_hooks *hooks)
     return 0;
 }
 
-static int verify_rings(FILE *file, uint64_t photons, const sss_hooks *hooks)
+static int verify_rings(FILE *file, const settings *s, uint64_t photons, const sss_hooks *hooks)
 {
     int within = 0, count = 0;
     for (size_t i = 0; i < bench_profile_count; ++i)
     {
         const bench_profile *const p = &bench_profiles[i];
         walk_total rings[BENCH_RINGS];
-        if (bench_run_profile(p, photons, 1, hooks, rings) != 0)
+        if (bench_run_profile(p, photons, s->truth.seed + i, hooks, rings) != 0)
             return 1;
         for (size_t k = 0; k < BENCH_RINGS; ++k)
         {
@@ -304,7 +307,7 @@ static int verify(const settings *s, const sss_hooks *hooks)
     }
     fprintf(file, "# build/tests/chart/truth --verify %s --photons %llu\n", s->verify, (unsigned long long)photons);
     fprintf(file, "source,albedo,depth,g,n,cosine,quantity,known,walk,standard_error,z,relative\n");
-    const int failed = verify_layers(file, photons, hooks) != 0 || verify_rings(file, photons, hooks) != 0;
+    const int failed = verify_layers(file, s, photons, hooks) != 0 || verify_rings(file, s, photons, hooks) != 0;
     return fclose(file) != 0 || failed;
 }
 
