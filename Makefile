@@ -2,9 +2,10 @@
 # Sources are found by wildcard: a new example, test or header needs no edit here.
 #   examples/*.c -> build/*                 examples/common/*.c, *.cpp -> build/libexamples.a
 #   tests/test_*.c -> build/tests/test_*    tests/common/*.c, *.cpp    -> build/libtests.a
-#   tests/chart/*.c   -> build/tests/chart/measure
+#   tests/chart/*.c   -> build/libchart.a    tests/chart/measure/*.c -> build/tests/chart/measure
 #   tests/chart/mertens/*.c -> build/tests/chart/mertens    tests/stability/*.c -> build/tests/stability/stability
 #   tests/chart/choice/*.c -> build/tests/chart/choice
+#   tests/chart/truth/*.c -> build/tests/chart/truth
 #   tests/chart/hao/*.c -> build/tests/chart/hao    tests/stability/hao/*.c -> build/tests/stability/hao
 #   tests/**/test_*.sh run as they are;     make test-NAME runs one of either kind
 
@@ -24,14 +25,17 @@ MERTENS         := $(B)/tests/chart/mertens
 STABILITY       := $(B)/tests/stability/stability
 CHART_HAO       := $(B)/tests/chart/hao
 CHOICE          := $(B)/tests/chart/choice
+TRUTH           := $(B)/tests/chart/truth
 STABILITY_HAO   := $(B)/tests/stability/hao
 EXAMPLE_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard examples/common/*.c examples/common/*.cpp))
 TEST_OBJECTS    := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/common/*.c tests/common/*.cpp))
-CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
+LIBCHART_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/*.c))
+CHART_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/measure/*.c))
 MERTENS_OBJECTS   := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/mertens/*.c))
 STABILITY_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/*.c))
 CHOICE_OBJECTS        := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/choice/*.c))
 CHART_HAO_OBJECTS     := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/hao/*.c))
+TRUTH_OBJECTS         := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/chart/truth/*.c))
 STABILITY_HAO_OBJECTS := $(patsubst %,$(B)/obj/%.o,$(wildcard tests/stability/hao/*.c))
 SCRIPTS         := $(wildcard tests/test_*.sh tests/*/test_*.sh)
 TEST_NAMES      := $(sort $(patsubst $(B)/tests/test_%,%,$(TESTS)) $(patsubst test_%.sh,%,$(notdir $(SCRIPTS))))
@@ -40,9 +44,9 @@ DRAGON          := $(B)/models/dragon.ply
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all help demo demo-run test test-run setup chart mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
+.PHONY: all help demo demo-run test test-run setup chart truth mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
 
-all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(CHOICE)
+all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH) $(CHOICE)
 
 help:
 	@echo "make            builds the examples ($(notdir $(EXAMPLES))) and the tests into $(B)/"
@@ -50,7 +54,9 @@ help:
 	@echo "                bunny's atlases and the light round it: examples/pictures/gallery, bem, atlas, hao.png"
 	@echo "make test       sets up, builds, runs every test; ends with the line 'N passed, N failed'"
 	@echo "make test-NAME  runs one test:$(addprefix $() ,$(TEST_NAMES))"
-	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, chart.png, atlas.csv"
+	@echo "make chart      measures speed against accuracy, and atlases, anew: tests/chart/chart.csv, .svg, .md"
+	@echo "                CASE='bunny-*' METHOD=hao, patterns both, measures part of it anew"
+	@echo "make truth      random walks for the chart's cases whose files are out of date: tests/chart/truth/"
 	@echo "make mertens    repeats the experiments of Mertens et al. 2003: tests/chart/mertens/README.md"
 	@echo "make stability  sweeps what breaks a method: tests/stability/stability_bem.png, hao/stability_hao.png"
 	@echo "make sync       copies the common block of sss_dipole.h into the other headers"
@@ -87,9 +93,14 @@ $(foreach test,$(TESTS) $(SCRIPTS),$(eval $(call one_test,$(test))))
 
 chart:
 	@sh tests/setup.sh test
-	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY)
-	sh tests/chart/chart.sh
-	sh tests/chart/atlas.sh
+	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY) $(DRAGON)
+	CASE='$(CASE)' METHOD='$(METHOD)' sh tests/chart/chart.sh
+	$(if $(CASE)$(METHOD),,sh tests/chart/atlas.sh)
+
+truth:
+	@sh tests/setup.sh test
+	@$(MAKE) --no-print-directory $(JOBS) all $(BUNNY) $(DRAGON)
+	sh tests/chart/truth/truth.sh
 
 mertens:
 	@sh tests/setup.sh test
@@ -132,8 +143,12 @@ $(B)/libexamples.a: $(EXAMPLE_OBJECTS)
 $(B)/libtests.a: $(TEST_OBJECTS)
 	rm -f $@ && $(AR) rcs $@ $^
 
+# Measuring for the chart, for the program that does it and for bake --chart.
+$(B)/libchart.a: $(LIBCHART_OBJECTS)
+	rm -f $@ && $(AR) rcs $@ $^
+
 # The linker is the C++ one because tinygltf is C++. Examples may measure themselves against tests/common's reference.
-$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libexamples.a $(B)/libtests.a
+$(EXAMPLES): $(B)/%: $(B)/obj/examples/%.c.o $(B)/libchart.a $(B)/libexamples.a $(B)/libtests.a
 	$(CXX) $(LDFLAGS) $^ $(LIBRARIES) -o $@
 
 $(TESTS): $(B)/tests/%: $(B)/obj/tests/%.c.o $(B)/libexamples.a $(B)/libtests.a
@@ -145,9 +160,11 @@ $(CHART): $(CHART_OBJECTS)
 $(MERTENS): $(MERTENS_OBJECTS)
 $(STABILITY): $(STABILITY_OBJECTS)
 $(CHART_HAO): $(CHART_HAO_OBJECTS)
+$(TRUTH): $(TRUTH_OBJECTS)
 $(STABILITY_HAO): $(STABILITY_HAO_OBJECTS)
 $(CHOICE): $(CHOICE_OBJECTS)
-$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(CHOICE): $(B)/libexamples.a $(B)/libtests.a
+$(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(STABILITY_HAO) $(TRUTH) $(CHOICE): $(B)/libchart.a \
+        $(B)/libexamples.a $(B)/libtests.a
 	@mkdir -p $(@D)
 	$(CXX) $(LDFLAGS) $(filter %.o,$^) $(filter %.a,$^) $(LIBRARIES) -o $@
 

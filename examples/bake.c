@@ -21,6 +21,7 @@
 #define SSS_HAO_IMPLEMENTATION
 #include "../sss_hao.h"
 
+#include "../tests/chart/chart.h"
 #include "../tests/common/reference.h"
 #include "common/atlas_report.h"
 #include "common/atlas_texture.h"
@@ -57,12 +58,13 @@ typedef struct options
 {
     const char *in, *method, *material, *out, *png, *dump, *dump_irradiance, *irradiance, *geometry, *exit;
     const char *atlas, *atlas_png, *atlas_method, *atlas_values, *storage, *cache, *changes;
+    const char *program, *chart_folder;
     double sigma_s[3], sigma_a[3], albedo[3], mfp[3]; // NaN: not given
     double eta, size_mm, mm_per_unit, tolerance, guard, exposure, roughness, floor, soft, azimuth, elevation, zoom;
     double ambient[3], background[3], budget_ms;
     unsigned changing; // of --changes
     int width, height, threads, reference, atlas_size, directions, references, order; // 0: not given
-    int no_shadows, report, help;
+    int no_shadows, report, chart, help;
     lights lights;
 } options;
 
@@ -147,6 +149,9 @@ static const char usage_after_methods[] =
     "  --dump-irradiance E.f32 irradiance, float32 [vertices][3]\n"
     "  --report                key=value lines on standard output\n"
     "  --reference N           measures rel_l2 and rel_max against the converged reference at N vertices\n"
+    "  --chart [FOLDER]        measures every method over its knobs on this mesh, material and light, no shadows,\n"
+    "                          against the converged integral; prints the tables, and writes chart.csv, chart.svg and\n"
+    "                          chart.md into the folder; takes minutes. At --reference vertices (100)\n"
     "atlas\n"
     "  --atlas-size N          texels on a side, 1 to 16384 (1024)\n"
     "  --atlas-method orthographic|area|convex   how charts are laid flat (area)\n"
@@ -514,10 +519,15 @@ static int check_options(bake *b)
         return fail(b, "no light: give --light, --ambient or --irradiance");
     }
     if (!o->out && !o->png && !o->atlas && !o->atlas_png && !o->dump && !o->dump_irradiance && !o->report &&
-        !o->reference)
+        !o->reference && !o->chart)
     {
-        return fail(b, "nothing to do: give --out, --png, --atlas, --atlas-png, --dump, --dump-irradiance, --report or "
-                    "--reference");
+        return fail(b, "nothing to do: give --out, --png, --atlas, --atlas-png, --dump, --dump-irradiance, --report, "
+                    "--reference or --chart");
+    }
+    if (o->chart && o->irradiance)
+    {
+        return fail(b, "--chart: a file of irradiance does not say where its light comes from; give --light or "
+                    "--ambient");
     }
     return check_hao_options(b) == 0 && take_changes(b) == 0 ? check_atlas_options(b) : -1;
 }
@@ -543,10 +553,27 @@ static int parse_pair(bake *b, const char *argument, const char *value, int *ind
     return taken == 0 ? 0 : fail(b, "%s does not take '%s'", name, text);
 }
 
+// --chart FOLDER, --chart=FOLDER, or --chart alone: before another option, or at the end.
+static void take_chart(options *o, char **argv, int *index)
+{
+    const char *const argument = argv[*index], *const next = argv[*index + 1];
+    o->chart = 1;
+    if (argument[7] == '=')
+    {
+        o->chart_folder = argument + 8;
+    }
+    else if (next && strncmp(next, "--", 2) != 0)
+    {
+        o->chart_folder = next;
+        ++*index;
+    }
+}
+
 static int parse_options(bake *b, int argc, char **argv)
 {
     options *const o = &b->o;
     default_options(o);
+    o->program = argv[0];
     for (int i = 1; i < argc; ++i)
     {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
@@ -561,6 +588,10 @@ static int parse_options(bake *b, int argc, char **argv)
         else if (strcmp(argv[i], "--report") == 0)
         {
             o->report = 1;
+        }
+        else if (strcmp(argv[i], "--chart") == 0 || strncmp(argv[i], "--chart=", 8) == 0)
+        {
+            take_chart(o, argv, &i);
         }
         else if (strncmp(argv[i], "--", 2) != 0)
         {
@@ -1039,6 +1070,82 @@ static int compare_with_reference(bake *b)
     return status;
 }
 
+// ---- the chart of this scene ----
+
+// The lights as the chart knows them. [LIGHTS_MAX LIGHTS_SAMPLES + 1]
+static int chart_lights(const lights *l, chart_case *c)
+{
+    enum
+    {
+        MOST = LIGHTS_MAX * LIGHTS_SAMPLES
+    };
+    double (*const direction)[3] = malloc(2 * MOST * sizeof *direction);
+    c->lights = calloc(MOST + 1, sizeof *c->lights);
+    if (!direction || !c->lights)
+    {
+        free(direction);
+        return -1;
+    }
+    double (*const color)[3] = direction + MOST;
+    c->light_count = lights_directions(l, direction, color);
+    for (size_t i = 0; i < c->light_count; ++i)
+    {
+        memcpy(c->lights[i].direction, direction[i], sizeof direction[i]);
+        memcpy(c->lights[i].color, color[i], sizeof color[i]);
+    }
+    free(direction);
+    if (l->ambient[0] + l->ambient[1] + l->ambient[2] > 0.0)
+    {
+        sss_dipole_light *const surroundings = &c->lights[c->light_count++];
+        surroundings->kind = SSS_DIPOLE_LIGHT_ENVIRONMENT;
+        for (int k = 0; k < 3; ++k)
+        {
+            surroundings->sh[0][k] = l->ambient[k] * 2.0 / sqrt(3.14159265358979323846); // radiance E/pi over Y_00
+        }
+    }
+    return 0;
+}
+
+// The file's name without folder and ending, and without what a CSV file cannot hold.
+static void chart_mesh_name(const char *path, char name[64])
+{
+    const char *const slash = strrchr(path, '/');
+    snprintf(name, 64, "%s", slash ? slash + 1 : path);
+    name[strcspn(name, ".")] = '\0';
+    for (char *at = name; *at; ++at)
+    {
+        *at = strchr(",\" \t", *at) ? '_' : *at;
+    }
+}
+
+static int write_chart(bake *b)
+{
+    char name[64];
+    chart_case c = {.mesh_name = name, .material_name = b->o.material ? b->o.material : "own", .light_name = "own",
+                    .size_mm = b->size_mm, .profile = b->profile, .material = b->material};
+    chart_settings s = chart_defaults();
+    chart_mesh_name(b->o.in, name);
+    s.threads = b->o.threads;
+    s.receivers = b->o.reference > 0 ? (size_t)b->o.reference : s.receivers;
+    s.log = stderr;
+    int status = mesh_make(b->model.positions, b->model.vertex_count, b->model.triangles, b->model.triangle_count,
+                           &c.mesh) == 0 ? 0 : -1;
+    c.irradiance = malloc(3 * b->model.vertex_count * sizeof *c.irradiance);
+    if (status == 0 && c.irradiance && chart_lights(&b->o.lights, &c) == 0)
+    {
+        memcpy(c.mesh.normals, b->model.normals, 3 * b->model.vertex_count * sizeof(float));
+        c.view = mesh_view(&c.mesh, b->mesh.mm_per_unit);
+        status = chart_irradiance(&c, &c.view, c.irradiance) == 0 &&
+                 chart_write(&c, &s, b->o.program, b->o.chart_folder) == 0 ? 0 : fail(b, "the chart failed");
+    }
+    else
+    {
+        status = fail(b, "out of memory");
+    }
+    chart_case_free(&c);
+    return status;
+}
+
 // ---- output: all files or none ----
 
 typedef int (*write_function)(bake *b, const char *path);
@@ -1226,6 +1333,12 @@ static void remove_temporaries(const output out[OUTPUTS])
 
 // ---- the run ----
 
+static int only_chart(const options *o)
+{
+    return o->chart && !o->out && !o->png && !o->atlas && !o->atlas_png && !o->dump && !o->dump_irradiance &&
+           !o->report;
+}
+
 static int run(bake *b)
 {
     output out[OUTPUTS];
@@ -1239,13 +1352,17 @@ static int run(bake *b)
     {
         status = check_outputs(b, out);
     }
-    if (status == 0)
+    if (status == 0 && !only_chart(&b->o))
     {
         status = make_atlas(b) == 0 && light_scene(b) == 0 && run_method(b) == 0 && paint_atlas(b) == 0 ? 0 : -1;
     }
-    if (status == 0 && b->o.reference > 0)
+    if (status == 0 && b->o.reference > 0 && !b->o.chart)
     {
         status = compare_with_reference(b);
+    }
+    if (status == 0 && b->o.chart)
+    {
+        status = write_chart(b);
     }
     if (status == 0)
     {
@@ -1255,7 +1372,7 @@ static int run(bake *b)
     {
         print_report(b);
     }
-    if (status == 0 && b->o.reference > 0)
+    if (status == 0 && b->o.reference > 0 && !b->o.chart)
     {
         printf("reference_receivers=%zu\nrel_l2=%.4g\nrel_max=%.4g\nreference_error=%.3g\n", b->reference_receivers,
                b->rel_l2, b->rel_max, b->reference_error);

@@ -1,15 +1,19 @@
-// Measures runs and appends one line each to a CSV file.
-//   build/tests/chart/measure OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]
-// Columns, as DESIGN.md says:
+// Measures the runs of a case. Columns of chart.csv, as DESIGN.md says, and five more at the end:
 //   method,mesh,vertices,triangles,size_mm,material,light,parameters,threads,precompute_s,frame_ms,bytes,rel_l2,
-//   rel_max,image_rmse,reference
-// rel_l2, rel_max: against the converged reference of the method's own kind (chart_reference; `reference` says which)
-// at N vertices spread over the mesh, weighted by their areas.
-// frame_ms: median of at least five frames. Where a frame would take longer than S seconds, a frame computes every
-// k-th vertex and the part that grows with the receivers counts k times: `rows` in parameters says how many were
-// computed. image_rmse: of the picture against the one from the best method of that kind, in [0,1]; empty
-// where a frame takes longer than twenty times S. `predicted` in parameters is the relative L2 error that a
-// method which measures itself predicts for this light.
+//   rel_max,image_rmse,reference,rebuild_ms,frame_low_ms,frame_high_ms,model_l2,model_noise
+// rel_l2, rel_max: the method's error, against the converged reference of its own kind (`reference` says which) at N
+// vertices spread over the mesh, weighted by their areas.
+// frame_ms: what must be done again when the light changes; median of at least five frames. Where a frame would take
+// longer than S seconds, a frame computes every k-th vertex and the part that grows with the receivers counts k times:
+// `rows` in parameters says how many were computed. frame_low_ms, frame_high_ms: the quickest and the slowest of them;
+// what is on the Pareto front is made and timed again after all others, and all its frames count.
+// rebuild_ms: what must be done besides when the vertices have moved.
+// image_rmse: of the picture against the one from the best method of that kind, in [0,1]; empty where a frame takes
+// longer than twenty times S. `predicted` in parameters is the relative L2 error that a method which measures itself
+// predicts for this light.
+// model_l2: the error of this kind of dipole itself, converged, against a volumetric random walk, relative L2 over
+// patches of the surface with the variance of the walk taken out; model_noise: its standard error. Empty where no walk
+// was made (tests/chart/truth). The same for all methods of a kind, and never mixed with rel_l2.
 
 #define _POSIX_C_SOURCE 200809L
 
@@ -17,153 +21,75 @@
 #include "picture.h"
 
 #include "../../examples/common/threads.h"
-#include "../common/default_guard.h"
-#include "../common/reference.h"
 #include "../common/test.h"
 
+#include <fnmatch.h>
 #include <math.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+const char chart_columns[] =
+    "method,mesh,vertices,triangles,size_mm,material,light,parameters,threads,precompute_s,frame_ms,bytes,rel_l2,"
+    "rel_max,image_rmse,reference,rebuild_ms,frame_low_ms,frame_high_ms,model_l2,model_noise";
+
 static const chart_method *const methods[] = {&chart_lambert,       &chart_direct,        &chart_direct_points,
                                               &chart_direct_scalar, &chart_direct_placed, &chart_bem,
-                                              &chart_bem_render,    &chart_bem_solid_angle};
+                                              &chart_bem_render,    &chart_bem_solid_angle, &chart_hao};
 
-static const char *const materials[] = {"Marble", "Skimmilk"};
-// What each reference is, how far it is driven (its own estimate, an upper one, stays below the errors measured), and
-// what draws the picture that others are compared with.
+// What draws the picture that others are compared with, and stands for the converged dipole at all vertices.
 static const struct
 {
-    const char *name;
-    reference_options options; // CHART_GUARDED: the guard is sss_bem.h's own
-    const chart_method *best;
-    size_t best_variant;
-} references[CHART_REFERENCE_COUNT] = {
-    {"", {SSS_DIPOLE_DISTANCE, SSS_DIPOLE_VERTICES, 1e-6, 0.0}, &chart_direct, 1},
-    {"placed ", {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-5, 0.0}, &chart_direct_placed, 0},
-    {"guarded placed ", {SSS_DIPOLE_PLACED, SSS_DIPOLE_VERTICES, 1e-5, 0.0}, &chart_bem, 0},
-};
+    const chart_method *method;
+    size_t variant;
+} best[CHART_REFERENCE_COUNT] = {{&chart_direct, 1}, {&chart_direct_placed, 0}, {&chart_bem, 0}};
 
 enum
 {
     METHOD_COUNT = sizeof methods / sizeof methods[0],
-    MATERIAL_COUNT = sizeof materials / sizeof materials[0],
-    SIZES_MAX = 8,
-    RUNS_MAX = 64
+    FRAMES_MAX = 256,
+    PLACED_MAX = 50000, // vertices beyond which a direct gather at all of them takes too long with placed sources
+    LINES_MAX = 128
 };
 
-typedef struct settings
+const chart_method *chart_method_at(size_t index)
 {
-    const char *out;
-    size_t receivers;
-    int threads, runs;
-    double seconds; // a frame's limit
-    double sizes[SIZES_MAX];
-    size_t size_count, variants_max;
-    double thin; // the mesh itself is decimated by this factor: only for a quick look
-} settings;
-
-typedef struct truth
-{
-    chart_rows rows;
-    double *B;       // [count][3]
-    double *weights; // [count] area, mesh units
-    double error;    // relative L2 error of the reference's own estimate
-    picture *best;   // NULL where there is none
-} truth;
-
-// ---- receivers ----
-
-static int make_rows(const chart_case *c, size_t step, chart_rows *rows)
-{
-    const size_t count = (c->mesh.vertex_count + step - 1) / step;
-    rows->count = count;
-    rows->indices = (size_t *)malloc(count * sizeof *rows->indices);
-    rows->positions = (float *)malloc(3 * count * sizeof *rows->positions);
-    rows->normals = (float *)malloc(3 * count * sizeof *rows->normals);
-    if (!rows->indices || !rows->positions || !rows->normals)
-    {
-        return 1;
-    }
-    for (size_t i = 0; i < count; ++i)
-    {
-        rows->indices[i] = i * step;
-        memcpy(rows->positions + 3 * i, c->mesh.positions + 3 * i * step, 3 * sizeof(float));
-        memcpy(rows->normals + 3 * i, c->mesh.normals + 3 * i * step, 3 * sizeof(float));
-    }
-    return 0;
+    return index < METHOD_COUNT ? methods[index] : NULL;
 }
 
-static void free_rows(chart_rows *rows)
+chart_settings chart_defaults(void)
 {
-    free(rows->indices);
-    free(rows->positions);
-    free(rows->normals);
-    memset(rows, 0, sizeof *rows);
+    const chart_settings s = {100, 1, 5, 2, 0.1, SIZE_MAX, NULL, NULL};
+    return s;
 }
 
-// ---- the reference ----
-
-static int make_truth(const chart_case *c, const settings *s, const reference_options *options, truth *t)
+// One line of the file.
+typedef struct line
 {
-    const size_t step = c->mesh.vertex_count > s->receivers ? c->mesh.vertex_count / s->receivers : 1;
-    double *areas = (double *)malloc(c->mesh.vertex_count * sizeof *areas);
-    double sum = 0.0, sum_error = 0.0, *errors;
-    if (!areas || make_rows(c, step, &t->rows) != 0)
-    {
-        free(areas);
-        return 1;
-    }
-    t->B = (double *)malloc(3 * t->rows.count * sizeof *t->B);
-    t->weights = (double *)malloc(t->rows.count * sizeof *t->weights);
-    errors = (double *)malloc(3 * t->rows.count * sizeof *errors);
-    const int failed = !t->B || !t->weights || !errors ||
-                       reference_radiosity_many(&c->view, &c->profile, c->irradiance, options, t->rows.positions,
-                                                t->rows.normals, NULL, t->rows.count, threads_available(), t->B,
-                                                errors) != 0;
-    if (!failed)
-    {
-        mesh_vertex_areas(&c->mesh, areas);
-        for (size_t i = 0; i < 3 * t->rows.count; ++i)
-        {
-            const double weight = t->weights[i / 3] = areas[t->rows.indices[i / 3]];
-            sum += weight * t->B[i] * t->B[i];
-            sum_error += weight * errors[i] * errors[i];
-        }
-        t->error = sqrt(sum_error / sum);
-    }
-    free(areas);
-    free(errors);
-    return failed;
-}
+    const chart_method *method;
+    size_t variant, bytes, frame_count;
+    char parameters[sizeof((chart_run *)0)->parameters];
+    double frames[FRAMES_MAX]; // seconds
+    double precompute_s, rebuild_s, rel_l2, rel_max, predicted;
+    double image_rmse;         // negative: no picture was compared
+} line;
 
-static void free_truth(truth *t)
+// All that is at hand while a case is measured.
+typedef struct bench
 {
-    picture_free(t->best);
-    free_rows(&t->rows);
-    free(t->B);
-    free(t->weights);
-}
+    const chart_case *c;
+    const chart_settings *s;
+    sss_hooks hooks;
+    int threads;                // of the hooks
+    mesh_data moved;            // the case's mesh, bent a little
+    chart_truth truths[CHART_REFERENCE_COUNT];
+    int wanted[CHART_REFERENCE_COUNT];
+    void *shared[METHOD_COUNT];
+    line *lines;
+    size_t line_count;
+} bench;
 
-// DESIGN.md: area-weighted L2 norm of B - B_ref over that of B_ref; largest difference over the largest B_ref.
-static void compare(const truth *t, const float *B, double *rel_l2, double *rel_max)
-{
-    double sum = 0.0, sum_difference = 0.0, largest = 0.0, largest_difference = 0.0;
-    for (size_t i = 0; i < 3 * t->rows.count; ++i)
-    {
-        const double difference = (double)B[i] - t->B[i];
-        sum += t->weights[i / 3] * t->B[i] * t->B[i];
-        sum_difference += t->weights[i / 3] * difference * difference;
-        largest = fmax(largest, fabs(t->B[i]));
-        largest_difference = fmax(largest_difference, fabs(difference));
-    }
-    *rel_l2 = sqrt(sum_difference / sum);
-    *rel_max = largest_difference / largest;
-}
-
-// ---- one run ----
+// ---- frames ----
 
 static int by_value(const void *a, const void *b)
 {
@@ -189,106 +115,80 @@ static double one_frame(const chart_method *method, const chart_case *c, chart_r
     return lit - start + (test_seconds() - lit) / share;
 }
 
-static double median_frame(const chart_method *method, const chart_case *c, const settings *s, chart_run *run)
+// Adds a round of frames to the line. Returns how many vertices a frame computed; 0 on failure.
+static size_t time_frames(const bench *b, chart_run *run, line *l)
 {
-    double seconds[RUNS_MAX], guess;
+    const chart_case *const c = b->c;
     chart_rows rows = {0};
     float *const B = (float *)malloc(3 * c->mesh.vertex_count * sizeof *B);
-    size_t step = c->mesh.vertex_count / 256 + 1; // first a guess from a few rows
-    if (!B || make_rows(c, step, &rows) != 0)
+    const size_t few = c->mesh.vertex_count / 256 + 1; // first a guess from a few rows
+    int failed = !B || chart_rows_create(c, few, &rows) != 0;
+    const double guess = failed ? -1.0 : one_frame(l->method, c, run, &rows, B);
+    const size_t step = guess > b->s->seconds ? (size_t)ceil(guess / b->s->seconds) : 1;
+    chart_rows_free(&rows);
+    failed = guess < 0.0 || chart_rows_create(c, step, &rows) != 0;
+    for (int i = 0; i < b->s->runs && !failed && l->frame_count < FRAMES_MAX; ++i)
     {
-        free(B);
-        free_rows(&rows);
-        return -1.0;
+        const double seconds = one_frame(l->method, c, run, &rows, B);
+        failed = seconds < 0.0;
+        l->frames[l->frame_count++] = seconds;
     }
-    guess = one_frame(method, c, run, &rows, B);
-    free_rows(&rows);
-    step = guess > s->seconds ? (size_t)ceil(guess / s->seconds) : 1;
-    int failed = guess < 0.0 || make_rows(c, step, &rows) != 0;
-    for (int i = 0; i < s->runs && !failed; ++i)
-    {
-        seconds[i] = one_frame(method, c, run, &rows, B);
-        failed = seconds[i] < 0.0;
-    }
-    if (!failed)
-    {
-        const size_t length = strlen(run->parameters);
-        snprintf(run->parameters + length, sizeof run->parameters - length, ";rows=%zu", rows.count);
-        qsort(seconds, (size_t)s->runs, sizeof *seconds, by_value);
-    }
+    const size_t count = failed ? 0 : rows.count;
     free(B);
-    free_rows(&rows);
-    return failed ? -1.0 : seconds[s->runs / 2];
+    chart_rows_free(&rows);
+    return count;
 }
 
-// What is measured of a run.
-typedef struct numbers
+static double frame_of(const line *l)
 {
-    double precompute_s, frame_s, rel_l2, rel_max;
-    double image_rmse; // negative: no picture was compared
-} numbers;
-
-static int append(const settings *s, const chart_case *c, const chart_method *method, const chart_run *run,
-                  const numbers *n, double reference_error)
-{
-    char image[32] = "";
-    FILE *const file = fopen(s->out, "a");
-    if (!file)
-    {
-        perror(s->out);
-        return 1;
-    }
-    if (n->image_rmse >= 0.0)
-    {
-        snprintf(image, sizeof image, "%.3e", n->image_rmse);
-    }
-    fprintf(file,
-            "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,%s,%squadrature to %.1e at %zu vertices\n",
-            method->name, c->mesh_name, c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name,
-            c->light_name, run->parameters, run->threads, n->precompute_s, 1e3 * n->frame_s, run->bytes, n->rel_l2,
-            n->rel_max, image, references[method->reference].name, reference_error, s->receivers);
-    return fclose(file) != 0;
+    double sorted[FRAMES_MAX];
+    memcpy(sorted, l->frames, l->frame_count * sizeof *sorted);
+    qsort(sorted, l->frame_count, sizeof *sorted, by_value);
+    return sorted[l->frame_count / 2];
 }
 
-// Every vertex, on all processors: for pictures, not for times.
-static float *all_vertices(const chart_method *method, const chart_case *c, chart_run *run)
+// ---- all vertices, on all processors: for pictures and for the model's error, not for times ----
+
+static float *all_vertices(bench *b, const chart_method *method, chart_run *run)
 {
     chart_rows rows = {0};
-    float *B = (float *)malloc(3 * c->mesh.vertex_count * sizeof *B);
-    int *const threads = (int *)run->hooks->user, kept = *threads;
-    *threads = threads_available();
-    if (!B || make_rows(c, 1, &rows) != 0 || method->relight(c, run) != 0 ||
-        method->radiosity(c, run, &rows, B) != 0)
+    float *B = (float *)malloc(3 * b->c->mesh.vertex_count * sizeof *B);
+    const int kept = b->threads;
+    b->threads = threads_available();
+    if (!B || chart_rows_create(b->c, 1, &rows) != 0 || method->relight(b->c, run) != 0 ||
+        method->radiosity(b->c, run, &rows, B) != 0)
     {
         free(B);
         B = NULL;
     }
-    *threads = kept;
-    free_rows(&rows);
+    b->threads = kept;
+    chart_rows_free(&rows);
     return B;
 }
 
-static double compare_pictures(const chart_method *method, const chart_case *c, chart_run *run, picture *best)
+static int make_best(bench *b, chart_reference kind)
 {
-    float *const B = all_vertices(method, c, run);
-    const double rmse = B ? picture_rmse(best, B) : -1.0;
+    const chart_method *const method = best[kind].method;
+    chart_truth *const t = &b->truths[kind];
+    chart_run run;
+    if (kind == CHART_PLACED && b->c->mesh.vertex_count > PLACED_MAX)
+    {
+        return 0; // no picture and no error of the model, then
+    }
+    memset(&run, 0, sizeof run);
+    run.hooks = &b->hooks;
+    float *const B = method->prepare(b->c, best[kind].variant, &run) == 0 ? all_vertices(b, method, &run) : NULL;
+    method->release(&run);
+    if (B)
+    {
+        t->best = picture_create(b->c, B);
+        chart_model_error(b->c, B, t);
+    }
     free(B);
-    return rmse;
+    return B == NULL;
 }
 
-static int make_best_picture(const chart_case *c, const sss_hooks *hooks, chart_reference reference, truth *t)
-{
-    const chart_method *const method = references[reference].best;
-    const size_t variant = references[reference].best_variant;
-    chart_run run;
-    memset(&run, 0, sizeof run);
-    run.hooks = hooks;
-    float *const B = method->prepare(c, variant, &run) == 0 ? all_vertices(method, c, &run) : NULL;
-    t->best = B ? picture_create(c, B) : NULL;
-    method->release(&run);
-    free(B);
-    return t->best == NULL;
-}
+// ---- one run ----
 
 static int predict(const chart_method *method, chart_run *run)
 {
@@ -305,173 +205,227 @@ static int predict(const chart_method *method, chart_run *run)
     return 0;
 }
 
-static int measure(const chart_method *method, size_t variant, const chart_case *c, const truth *t, const settings *s,
-                   const sss_hooks *hooks)
+static int compare_pictures(bench *b, chart_run *run, line *l)
 {
-    chart_run run;
-    numbers n = {0.0, 0.0, 0.0, 0.0, -1.0};
-    float *const B = (float *)malloc(3 * t->rows.count * sizeof *B);
-    memset(&run, 0, sizeof run);
-    run.threads = s->threads;
-    run.hooks = hooks;
-    const double start = test_seconds();
-    const int prepared = B ? method->prepare(c, variant, &run) : 1;
-    n.precompute_s = test_seconds() - start;
-    if (prepared == CHART_LEFT_OUT)
+    picture *const p = b->truths[l->method->reference].best;
+    const int is_best = l->method == best[l->method->reference].method &&
+                        l->variant == best[l->method->reference].variant;
+    if (!p || is_best || frame_of(l) > 20.0 * b->s->seconds)
     {
-        free(B);
         return 0;
     }
-    int failed = prepared != 0;
-    failed = failed || method->relight(c, &run) != 0 || method->radiosity(c, &run, &t->rows, B) != 0;
-    if (!failed)
-    {
-        compare(t, B, &n.rel_l2, &n.rel_max);
-        n.frame_s = median_frame(method, c, s, &run);
-        const int best = method == references[method->reference].best &&
-                         variant == references[method->reference].best_variant;
-        if (n.frame_s <= 20.0 * s->seconds && !best)
-        {
-            n.image_rmse = compare_pictures(method, c, &run, t->best);
-        }
-        failed = n.frame_s < 0.0 || predict(method, &run) != 0 || append(s, c, method, &run, &n, t->error) != 0;
-    }
-    printf("%-15s %-8s %4g mm  %-70s %10.4g ms  rel_l2 %.2e  rel_max %.2e  image %.1e  predicted %.1e%s\n",
-           method->name, c->material_name, c->size_mm, run.parameters, 1e3 * n.frame_s, n.rel_l2, n.rel_max,
-           n.image_rmse, run.error_bound, failed ? "  FAILED" : "");
-    fflush(stdout);
-    method->release(&run);
+    float *const B = all_vertices(b, l->method, run);
+    l->image_rmse = B ? picture_rmse(p, B) : -1.0;
     free(B);
+    return B == NULL;
+}
+
+static int rebuild(const bench *b, chart_run *run, line *l)
+{
+    const double start = test_seconds();
+    if (!l->method->rebuild)
+    {
+        l->rebuild_s = l->precompute_s;
+        return 0;
+    }
+    const int failed = l->method->rebuild(b->c, run, &b->moved);
+    l->rebuild_s = test_seconds() - start;
     return failed;
 }
 
-// ---- cases ----
-
-static int make_case(const mesh_data *mesh, const char *material_name, double size_mm, chart_case *c)
+// Everything about a run that is prepared.
+static int measure_run(bench *b, chart_run *run, line *l)
 {
-    sss_dipole_material material;
-    sss_dipole_irradiance_options options;
-    memset(c, 0, sizeof *c);
-    memset(&options, 0, sizeof options);
-    c->mesh_name = "bunny";
-    c->material_name = material_name;
-    c->light_name = "directional"; // from (1,1,1), white, no shadows
-    c->size_mm = size_mm;
-    c->mesh = *mesh;
-    c->view = mesh_view(mesh, size_mm / mesh_extent(mesh));
-    c->light.kind = SSS_DIPOLE_LIGHT_DIRECTIONAL;
-    for (int k = 0; k < 3; ++k)
+    const chart_truth *const t = &b->truths[l->method->reference];
+    float *const B = (float *)malloc(3 * t->rows.count * sizeof *B);
+    int failed = !B || l->method->relight(b->c, run) != 0 || l->method->radiosity(b->c, run, &t->rows, B) != 0;
+    if (!failed)
     {
-        c->light.direction[k] = c->light.color[k] = 1.0;
+        chart_compare(t, B, &l->rel_l2, &l->rel_max);
     }
-    c->irradiance = (float *)malloc(3 * mesh->vertex_count * sizeof *c->irradiance);
-    if (!c->irradiance || sss_dipole_material_by_name(material_name, &material) != SSS_OK ||
-        sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, &c->profile) != SSS_OK)
+    free(B);
+    const size_t rows = failed ? 0 : time_frames(b, run, l);
+    if (rows == 0)
     {
         return 1;
     }
-    options.eta = material.eta;
-    return sss_dipole_irradiance(&c->view, &c->light, 1, &options, c->irradiance) != SSS_OK;
-}
-
-// The reference and the best picture of every kind.
-static int make_truths(const chart_case *c, const settings *s, const sss_hooks *hooks, truth *truths)
-{
-    for (int r = 0; r < CHART_REFERENCE_COUNT; ++r)
-    {
-        reference_options options = references[r].options;
-        options.guard = r == CHART_GUARDED ? default_guard() : 0.0;
-        if (make_truth(c, s, &options, &truths[r]) != 0 ||
-            make_best_picture(c, hooks, (chart_reference)r, &truths[r]) != 0)
-        {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-static int measure_case(const mesh_data *mesh, const char *material, double size_mm, const settings *s,
-                        const sss_hooks *hooks)
-{
-    chart_case c;
-    truth truths[CHART_REFERENCE_COUNT];
-    const double start = test_seconds();
-    memset(truths, 0, sizeof truths);
-    int failed = make_case(mesh, material, size_mm, &c) != 0 || make_truths(&c, s, hooks, truths) != 0;
-    printf("%s, %g mm: references to %.1e, placed %.1e, guarded %.1e; %.0f s%s\n", material, size_mm,
-           truths[CHART_DISTANCE].error, truths[CHART_PLACED].error, truths[CHART_GUARDED].error,
-           test_seconds() - start, failed ? " FAILED" : "");
-    for (size_t m = 0; m < METHOD_COUNT && !failed; ++m)
-    {
-        for (size_t v = 0; v < methods[m]->variant_count && v < s->variants_max && !failed; ++v)
-        {
-            failed = measure(methods[m], v, &c, &truths[methods[m]->reference], s, hooks);
-        }
-    }
-    for (int r = 0; r < CHART_REFERENCE_COUNT; ++r)
-    {
-        free_truth(&truths[r]);
-    }
-    free(c.irradiance);
+    const size_t length = strlen(run->parameters);
+    snprintf(run->parameters + length, sizeof run->parameters - length, ";rows=%zu", rows);
+    failed = compare_pictures(b, run, l) != 0 || predict(l->method, run) != 0 || rebuild(b, run, l) != 0;
+    l->predicted = run->error_bound;
+    l->bytes = run->bytes;
+    memcpy(l->parameters, run->parameters, sizeof l->parameters);
     return failed;
 }
 
-// ---- the command ----
-
-static int usage(const char *program)
+// Prepares and measures into *l, or where `again`, adds a round of frames. Returns 0, 1, or CHART_LEFT_OUT.
+static int measure_line(bench *b, size_t index, int again, line *l)
 {
-    fprintf(stderr,
-            "usage: %s OUT.csv [--receivers N] [--threads N] [--runs N] [--seconds S] [--sizes mm,mm] [--quick]\n",
-            program);
-    return 2;
+    chart_run run;
+    memset(&run, 0, sizeof run);
+    run.threads = b->s->threads;
+    run.hooks = &b->hooks;
+    run.shared = &b->shared[index];
+    const double start = test_seconds();
+    int status = l->method->prepare(b->c, l->variant, &run);
+    if (!again)
+    {
+        l->precompute_s = test_seconds() - start + run.shared_s;
+    }
+    if (status == 0)
+    {
+        status = again ? time_frames(b, &run, l) == 0 : measure_run(b, &run, l);
+    }
+    l->method->release(&run);
+    return status;
 }
 
-static int read_sizes(const char *text, settings *s)
+static void say(const bench *b, const line *l, int failed)
 {
-    char *end;
-    for (s->size_count = 0; s->size_count < SIZES_MAX; text = end + 1)
+    const double frame = l->frame_count ? 1e3 * frame_of(l) : 0.0;
+    if (b->s->log)
     {
-        const double size = strtod(text, &end);
-        if (end == text || !(size > 0.0) || !isfinite(size))
+        fprintf(b->s->log, "%-13s %-80s %10.4g ms  rel_l2 %.2e  rel_max %.2e  image %.1e  predicted %.1e%s\n",
+                l->method->name, l->parameters, frame, l->rel_l2, l->rel_max, l->image_rmse, l->predicted,
+                failed ? "  FAILED" : "");
+        fflush(b->s->log);
+    }
+    if (failed)
+    {
+        fprintf(stderr, "%s: %s, variant %zu failed\n", b->c->name, l->method->name, l->variant);
+    }
+}
+
+// ---- the case ----
+
+static int selected(const chart_settings *s, const chart_method *method)
+{
+    return !s->method || fnmatch(s->method, method->name, 0) == 0;
+}
+
+static int make_truths(bench *b)
+{
+    int failed = 0;
+    for (size_t m = 0; m < METHOD_COUNT; ++m)
+    {
+        b->wanted[methods[m]->reference] |= selected(b->s, methods[m]);
+    }
+    for (int kind = 0; kind < CHART_REFERENCE_COUNT && !failed; ++kind)
+    {
+        const double start = test_seconds();
+        if (!b->wanted[kind])
         {
-            return 1;
+            continue;
         }
-        s->sizes[s->size_count++] = size;
-        if (*end != ',')
+        failed = chart_truth_create(b->c, (chart_reference)kind, b->s->receivers, &b->truths[kind]) != 0 ||
+                 make_best(b, (chart_reference)kind) != 0;
+        if (b->s->log)
         {
-            return *end != '\0';
+            fprintf(b->s->log, "%s: %squadrature to %.1e, %.1f s%s\n", b->c->name,
+                    chart_reference_name((chart_reference)kind), b->truths[kind].error, test_seconds() - start,
+                    failed ? "  FAILED" : "");
+            fflush(b->s->log);
+        }
+    }
+    return failed;
+}
+
+static int measure_all(bench *b)
+{
+    int failed = 0;
+    for (size_t m = 0; m < METHOD_COUNT; ++m)
+    {
+        for (size_t v = 0; v < methods[m]->variant_count && v < b->s->variants_max && b->line_count < LINES_MAX; ++v)
+        {
+            line *const l = &b->lines[b->line_count];
+            if (!selected(b->s, methods[m]))
+            {
+                continue;
+            }
+            memset(l, 0, sizeof *l);
+            l->method = methods[m];
+            l->variant = v;
+            l->image_rmse = -1.0;
+            const int status = measure_line(b, m, 0, l);
+            if (status != CHART_LEFT_OUT)
+            {
+                say(b, l, status != 0);
+                failed = failed || status != 0;
+                b->line_count += status == 0;
+            }
+        }
+    }
+    return failed;
+}
+
+static int on_front(const bench *b, const line *l)
+{
+    for (size_t i = 0; i < b->line_count; ++i)
+    {
+        const line *const other = &b->lines[i];
+        if (other->rel_l2 <= l->rel_l2 && frame_of(other) < frame_of(l))
+        {
+            return 0;
         }
     }
     return 1;
 }
 
-static int read_arguments(int argc, char **argv, settings *s)
+// What is on the front after the first round, once more in each further one.
+static int measure_front(bench *b)
 {
-    if (argc < 2)
+    int failed = 0, front[LINES_MAX];
+    for (size_t i = 0; i < b->line_count; ++i)
     {
-        return 1;
+        front[i] = on_front(b, &b->lines[i]);
     }
-    s->out = argv[1];
-    for (int i = 2; i < argc; ++i)
+    for (int round = 1; round < b->s->rounds; ++round)
     {
-        const char *const value = i + 1 < argc ? argv[i + 1] : "";
-        if (strcmp(argv[i], "--quick") == 0)
+        for (size_t i = 0; i < b->line_count; ++i)
         {
-            s->thin = 40.0;
-            s->variants_max = 2;
-            s->receivers = 40;
-            s->size_count = 1;
-            s->sizes[0] = 50.0;
-            continue;
+            size_t m = 0;
+            while (methods[m] != b->lines[i].method)
+            {
+                ++m;
+            }
+            if (front[i] && measure_line(b, m, 1, &b->lines[i]) != 0)
+            {
+                say(b, &b->lines[i], 1);
+                failed = 1;
+            }
         }
-        if (strcmp(argv[i], "--receivers") == 0) s->receivers = (size_t)strtoul(value, NULL, 10);
-        else if (strcmp(argv[i], "--threads") == 0) s->threads = atoi(value);
-        else if (strcmp(argv[i], "--runs") == 0) s->runs = atoi(value);
-        else if (strcmp(argv[i], "--seconds") == 0) s->seconds = atof(value);
-        else if (strcmp(argv[i], "--sizes") != 0 || read_sizes(value, s) != 0) return 1;
-        ++i;
     }
-    return s->receivers < 1 || s->threads < 1 || s->runs < 5 || s->runs > RUNS_MAX || !(s->seconds > 0.0);
+    return failed;
+}
+
+static void write_number(FILE *csv, double value, const char *format)
+{
+    if (value >= 0.0) // negative: there is none
+    {
+        fprintf(csv, format, value);
+    }
+}
+
+static void write_line(const bench *b, const line *l, FILE *csv)
+{
+    const chart_case *const c = b->c;
+    const chart_truth *const t = &b->truths[l->method->reference];
+    double low = HUGE_VAL, high = 0.0;
+    for (size_t i = 0; i < l->frame_count; ++i)
+    {
+        low = fmin(low, l->frames[i]);
+        high = fmax(high, l->frames[i]);
+    }
+    fprintf(csv, "%s,%s,%zu,%zu,%g,%s,%s,%s,%d,%.4g,%.5g,%zu,%.3e,%.3e,", l->method->name, c->mesh_name,
+            c->mesh.vertex_count, c->mesh.triangle_count, c->size_mm, c->material_name, c->light_name, l->parameters,
+            b->s->threads, l->precompute_s, 1e3 * frame_of(l), l->bytes, l->rel_l2, l->rel_max);
+    write_number(csv, l->image_rmse, "%.3e");
+    fprintf(csv, ",%squadrature to %.1e at %zu vertices,%.4g,%.5g,%.5g,", chart_reference_name(l->method->reference),
+            t->error, t->rows.count, 1e3 * l->rebuild_s, 1e3 * low, 1e3 * high);
+    write_number(csv, t->model_l2, "%.3e");
+    fputc(',', csv);
+    write_number(csv, t->model_noise, "%.1e");
+    fputc('\n', csv);
 }
 
 static void on_threads(void *user, size_t count, void (*task)(void *context, size_t begin, size_t end), void *context)
@@ -479,37 +433,61 @@ static void on_threads(void *user, size_t count, void (*task)(void *context, siz
     threads_parallel_for(*(const int *)user, count, task, context);
 }
 
-int main(int argc, char **argv)
+// A bend that moves every vertex by up to a fiftieth of the object.
+static int bend(const mesh_data *mesh, mesh_data *out)
 {
-    settings s = {NULL, 100, 1, 5, 0.1, {10.0, 50.0, 200.0}, 3, SIZE_MAX, 1.0};
-    mesh_data loaded, mesh;
-    sss_hooks hooks;
-    if (read_arguments(argc, argv, &s) != 0)
+    const double extent = mesh_extent(mesh);
+    if (mesh_copy(mesh, out) != 0)
     {
-        return usage(argv[0]);
-    }
-    memset(&hooks, 0, sizeof hooks);
-    hooks.user = &s.threads;
-    hooks.parallel_for = on_threads;
-    if (mesh_load_bunny(&loaded) != 0)
-    {
-        fprintf(stderr, "no bunny: install glmark2-data\n");
         return 1;
     }
-    if (s.thin > 1.0 ? mesh_decimate(&loaded, s.thin, &mesh) != 0 : mesh_copy(&loaded, &mesh) != 0)
+    for (size_t v = 0; v < out->vertex_count; ++v)
     {
-        mesh_free(&loaded);
+        float *const p = out->positions + 3 * v;
+        p[0] += (float)(0.02 * extent * sin(3.0 * (double)p[1] / extent));
+        p[2] += (float)(0.02 * extent * cos(3.0 * (double)p[0] / extent));
+    }
+    mesh_compute_normals(out);
+    return 0;
+}
+
+int chart_measure(const chart_case *c, const chart_settings *s, FILE *csv)
+{
+    bench *const b = (bench *)calloc(1, sizeof *b);
+    int failed = 1;
+    if (!b)
+    {
         return 1;
     }
-    int failed = 0;
-    for (size_t i = 0; i < s.size_count && !failed; ++i)
+    b->c = c;
+    b->s = s;
+    b->threads = s->threads;
+    b->hooks.user = &b->threads;
+    b->hooks.parallel_for = on_threads;
+    b->lines = (line *)malloc(LINES_MAX * sizeof *b->lines);
+    if (b->lines && bend(&c->mesh, &b->moved) == 0 && make_truths(b) == 0)
     {
-        for (size_t m = 0; m < MATERIAL_COUNT && !failed; ++m)
+        failed = measure_all(b);
+        failed = measure_front(b) != 0 || failed;
+        for (size_t i = 0; i < b->line_count; ++i)
         {
-            failed = measure_case(&mesh, materials[m], s.sizes[i], &s, &hooks);
+            write_line(b, &b->lines[i], csv);
         }
     }
-    mesh_free(&loaded);
-    mesh_free(&mesh);
+    failed = failed || b->line_count == 0 || fflush(csv) != 0;
+    for (size_t m = 0; m < METHOD_COUNT; ++m)
+    {
+        if (methods[m]->forget && b->shared[m])
+        {
+            methods[m]->forget(b->shared[m]);
+        }
+    }
+    for (int kind = 0; kind < CHART_REFERENCE_COUNT; ++kind)
+    {
+        chart_truth_free(&b->truths[kind]);
+    }
+    mesh_free(&b->moved);
+    free(b->lines);
+    free(b);
     return failed;
 }

@@ -5,7 +5,6 @@
 //   direct-scalar   the same at full density by the plain double-precision loop: the baseline of speed
 //   direct-placed   as direct, with sources placed at the receiver, at full density: for methods that place them
 
-#define SSS_DIPOLE_IMPLEMENTATION
 #include "chart.h"
 
 #include <stdio.h>
@@ -20,14 +19,6 @@ static int lambert_prepare(const chart_case *c, size_t variant, chart_run *run)
     run->state = malloc(c->mesh.vertex_count * 6 * sizeof(float)); // irradiance, and the rows asked for
     snprintf(run->parameters, sizeof run->parameters, "none");
     return run->state == NULL;
-}
-
-int chart_irradiance(const chart_case *c, const sss_mesh *mesh, float *irradiance)
-{
-    sss_dipole_irradiance_options options;
-    memset(&options, 0, sizeof options);
-    options.eta = c->profile.eta;
-    return sss_dipole_irradiance(mesh, &c->light, 1, &options, irradiance) != SSS_OK;
 }
 
 static int lambert_relight(const chart_case *c, chart_run *run)
@@ -51,8 +42,17 @@ static void lambert_release(chart_run *run)
     free(run->state);
 }
 
+// Nothing is kept.
+static int lambert_rebuild(const chart_case *c, chart_run *run, const mesh_data *moved)
+{
+    (void)c;
+    (void)run;
+    (void)moved;
+    return 0;
+}
+
 const chart_method chart_lambert = {"lambert", 1, lambert_prepare, lambert_relight, lambert_radiosity,
-                                    lambert_release, CHART_DISTANCE, NULL};
+                                    lambert_release, CHART_DISTANCE, NULL, lambert_rebuild, NULL};
 
 // ---- direct gather ----
 
@@ -62,6 +62,7 @@ typedef struct direct
     sss_mesh view;
     float *irradiance; // [V][3] of the view
     sss_dipole_gather *gather;
+    sss_dipole_gather_options options;
 } direct;
 
 static void direct_release(chart_run *run)
@@ -89,6 +90,7 @@ static int direct_prepare_with(const chart_case *c, double density, const sss_di
         return 1;
     }
     d->view = c->view;
+    d->options = *options;
     if (density < 1.0)
     {
         if (mesh_decimate(&c->mesh, 1.0 / density, &d->thinned) != 0)
@@ -127,6 +129,16 @@ static int direct_radiosity(const chart_case *c, chart_run *run, const chart_row
     receivers.normals = rows->normals;
     receivers.count = rows->count;
     return sss_dipole_gather_run(d->gather, &receivers, radiosity) != SSS_OK;
+}
+
+// The copy that is thinned stays the same for an object that moves, as thinning does not depend on the moment.
+static int direct_rebuild(const chart_case *c, chart_run *run, const mesh_data *moved)
+{
+    direct *const d = (direct *)run->state;
+    const sss_mesh view = d->thinned.positions ? d->view : mesh_view(moved, c->view.mm_per_unit);
+    sss_dipole_gather_free(d->gather);
+    d->gather = NULL;
+    return sss_dipole_gather_create(&view, &c->profile, &d->options, run->hooks, &d->gather) != SSS_OK;
 }
 
 static const double densities[] = {1.0, 1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0};
@@ -175,10 +187,13 @@ static int scalar_prepare(const chart_case *c, size_t variant, chart_run *run)
 }
 
 const chart_method chart_direct = {"direct", TOLERANCE_COUNT + INTEGRATED_DENSITY_COUNT - 1, direct_prepare,
-                                   direct_relight, direct_radiosity, direct_release, CHART_DISTANCE, NULL};
+                                   direct_relight, direct_radiosity, direct_release, CHART_DISTANCE, NULL,
+                                   direct_rebuild, NULL};
 const chart_method chart_direct_points = {"direct-points", DENSITY_COUNT, points_prepare, direct_relight,
-                                          direct_radiosity, direct_release, CHART_DISTANCE, NULL};
+                                          direct_radiosity, direct_release, CHART_DISTANCE, NULL, direct_rebuild,
+                                          NULL};
 const chart_method chart_direct_scalar = {"direct-scalar", 1, scalar_prepare, direct_relight, direct_radiosity,
-                                          direct_release, CHART_DISTANCE, NULL};
+                                          direct_release, CHART_DISTANCE, NULL, direct_rebuild, NULL};
 const chart_method chart_direct_placed = {"direct-placed", TOLERANCE_COUNT - 1, placed_prepare, direct_relight,
-                                          direct_radiosity, direct_release, CHART_PLACED, NULL};
+                                          direct_radiosity, direct_release, CHART_PLACED, NULL, direct_rebuild,
+                                          NULL};

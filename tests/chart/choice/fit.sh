@@ -6,11 +6,12 @@ set -eu
 top=$(cd "$(dirname "$0")/../../.." && pwd)
 do=print
 case ${1:-} in --write | --check) do=$1; shift ;; esac
-csv=${1:-$top/tests/chart/chart.csv}
+csv=$(realpath "${1:-$top/tests/chart/chart.csv}")
 header=$top/sss_dipole.h
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
+cd "$top" # tests/chart/choice/meshes.csv: build/tests/chart/choice meshes writes it
 "$top/build/tests/chart/choice" fit "$csv" >"$work/curves"
 if [ $do = print ]; then
     cat "$work/curves"

@@ -1,0 +1,31 @@
+#!/bin/sh
+# The files of truth that are committed: up to date with the chart's cases, remade by the walk within their noise, and
+# the walk verified in full (verify.csv). tests/test_walk.c tests the walk itself.
+cd "$(dirname "$0")/../.." || exit 1
+. tests/compile/jobs.sh
+truth=build/tests/chart/truth
+here=tests/chart/truth
+
+job "every case's file was made from the case as it is" "$truth --list >$work/list || { cat $work/list; exit 1; }"
+for threads in 1 3; do
+    mkdir "$work/$threads"
+    job "a case made on $threads threads" "$truth cube-skin1-20-edge --photons 6400 --threads $threads \
+        --folder $work/$threads && touch $work/$threads/made"
+done
+waits="for i in 1 2 3 4 5 6 7 8 9; do [ -e $work/1/made ] && [ -e $work/3/made ] && break; sleep 1; done"
+job "the number of threads changes no byte" "$waits; cmp $work/1/cube-skin1-20-edge.csv $work/3/cube-skin1-20-edge.csv"
+# Two independent estimates: the squares of their differences in standard errors have the mean 1.
+job "a file of few photons agrees with the committed one" "$waits
+    awk -F, '!/^#/ && FNR > 4 { for (k = 6; k <= 8; k++)
+                 if (NR == FNR) { B[\$1, k] = \$k; s[\$1, k] = \$(k + 3) }
+                 else { v = s[\$1, k]^2 + \$(k + 3)^2; if (v > 0) { sum += (B[\$1, k] - \$k)^2/v; n++ } } }
+             END { print \"note: mean square of the differences in standard errors \" sum/n \" over \" n
+                   exit !(n > 300 && sum/n > 0.7 && sum/n < 1.4) }' \
+        $work/1/cube-skin1-20-edge.csv $here/cube-skin1-20-edge.csv"
+job_fails "an unknown case is refused" "$truth no-such-case" "no such case"
+job_fails "a g that is no mean cosine is refused" "$truth --all --g 1.5" "usage"
+job "every layer and ring of verify.csv is within four standard errors, all but a few within two" "
+    sh $here/truth.sh --readme | awk -F'|' '/exact half|adding-doubling, van|MCML, rings/ {
+        n++; if (\$3 != \$5 || \$4 < 0.9*\$3 || \$3 < 25) bad = 1 } END { exit bad || n != 3 }'"
+job "README.md was written from the files beside it" "sh $here/truth.sh --readme | diff - $here/README.md"
+jobs_end
