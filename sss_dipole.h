@@ -72,6 +72,12 @@
 //     E, B       irradiance,         W/mm^2   any consistent unit works: B is linear in E
 //                radiosity
 //
+// What a scene needs: sss_dipole_needs compares spectra. Light under a shadow edge has power 1/k^2, scattering keeps
+// T(k) of it (sss_dipole_spectrum), and what Lambert, a spacing or a radius lose is an integral over k. It then ranks
+// the methods of all headers: error, times and bytes of each are (what it is proportional to) x scale x
+// exp(slopes . features), fitted to the measured runs of the chart; the features are ln of vertices, of edge, of size
+// and of thickness in paths of light.
+//
 // Assumed: a homogeneous medium, multiple scattering only, a smooth boundary, E constant or linear over a triangle.
 //
 // ================================================ LIMITS ===============================================
@@ -87,6 +93,11 @@
 // Of the computation:
 //   * Sources placed at a receiver may come to lie on another part of the surface, where the integral grows as
 //     2 pi z/H with the source's height H over it; there the relative error is 6e-8 z/H, from positions in float.
+//   * The ranking predicts. On the runs that it is fitted to no error is above its prediction, on others one may be;
+//     times are those of the chart's machine. tests/chart/choice (test_choice.sh) counts both, with and without each
+//     case in the fit, and choice.csv there has every choice. Scenes beyond the chart's set advice.extrapolated.
+//   * advice.model_error is of total reflectance, from half spaces and slabs: within a factor of two of the exact one
+//     on slabs of 1 and 10 mean free paths (tests/test_dipole.c); edges of light, curved thin parts are not in it.
 //   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
 //
 

@@ -2,7 +2,7 @@
 //   build/tests/chart/choice [TEST-NAME]       the bars; reads tests/chart/chart.csv
 //   build/tests/chart/choice fit CSV           prints the constants of sss_dipole.h (fit.sh writes them there)
 //   build/tests/chart/choice scatter CSV       how far the curves are from the runs
-//   build/tests/chart/choice list CSV          every choice, one a line
+//   build/tests/chart/choice list CSV          every choice, one a line: choice.csv
 //   build/tests/chart/choice meshes FILE       writes what sss_dipole_measure says of the chart's meshes, of 1 mm
 //
 // The bars: for a still picture, for light that changes and for everything that changes, on every case and for
@@ -124,18 +124,29 @@ static void judge(const measured *m, size_t which, double tolerance, unsigned ch
     v->cheap = v->chosen && v->cost <= DEARER * v->least;
 }
 
+static void print_run(const char *method, double tolerance, double density, int directions, int storage)
+{
+    printf("%s(%g;%g;%d;%d)", method, tolerance, density, directions, storage);
+}
+
+// What was chosen, with tolerance, density, directions and storage; what is cheapest; and what they cost.
 static void print_verdict(const char *head, const measured_case *c, double tolerance, const char *scenario,
                           const verdict *v)
 {
-    printf("%s%-34s %5.1f %% %-13s %s(%g,%g,%d,%d) error %.2e (predicted %.2e) cost %.4g ms (predicted %.4g)", head,
-           c->name, 1e2 * tolerance, scenario, sss_dipole_method_name(v->choice.method), v->choice.tolerance,
-           v->choice.density, (int)v->choice.directions, v->choice.storage, v->chosen ? v->chosen->rel_l2 : NAN,
-           v->choice.predicted_error, v->cost, v->choice.cost_ms);
-    if (v->cheapest)
+    const measured_run *const best = v->cheapest;
+    printf("%s%s,%g,%s,", head, c->name, tolerance, scenario);
+    print_run(sss_dipole_method_name(v->choice.method), v->choice.tolerance, v->choice.density,
+              (int)v->choice.directions, v->choice.storage);
+    printf(",%.3g,%.3g,%.4g,%.4g,", v->chosen ? v->chosen->rel_l2 : NAN, v->choice.predicted_error, v->cost,
+           v->choice.cost_ms);
+    if (best)
     {
-        printf("; least %s(%g,%g,%d,%d) %.2e %.4g ms, %.2f times", v->cheapest->method, v->cheapest->tolerance,
-               v->cheapest->density, v->cheapest->directions, v->cheapest->storage, v->cheapest->rel_l2, v->least,
-               v->cost / v->least);
+        print_run(best->method, best->tolerance, best->density, best->directions, best->storage);
+        printf(",%.3g,%.4g,%.3g,%d", best->rel_l2, v->least, v->cost / v->least, v->within && v->cheap);
+    }
+    else
+    {
+        printf(",,,,");
     }
     printf("\n");
 }
@@ -409,6 +420,8 @@ static int run_scatter(const char *path)
 static int run_list(const char *path)
 {
     measured m;
+    printf("case,tolerance,scenario,chosen,rel_l2,predicted_error,cost_ms,predicted_ms,cheapest,cheapest_rel_l2,"
+           "cheapest_ms,times,bars\n");
     if (read_chart(path, &m) != 0)
     {
         return 1;
@@ -425,7 +438,8 @@ static int run_list(const char *path)
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {TEST(the_meshes_are_the_charts), TEST(the_header_has_the_fitted_constants),
-                                      TEST(no_error_is_above_its_prediction), TEST(the_choice_meets_its_bars), TEST(on_cases_that_the_fit_has_not_seen)};
+                                      TEST(no_error_is_above_its_prediction), TEST(the_choice_meets_its_bars),
+                                      TEST(on_cases_that_the_fit_has_not_seen)};
     const struct
     {
         const char *name;
