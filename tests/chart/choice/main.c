@@ -1,5 +1,5 @@
 // What sss_dipole_needs chooses, held against every run of the chart.
-//   build/tests/chart/choice [TEST-NAME]       the bars; reads tests/chart/chart.csv
+//   build/tests/chart/choice [CHART.csv] [TEST-NAME]   the bars; tests/chart/chart.csv if none is given
 //   build/tests/chart/choice fit CSV           prints the constants of sss_dipole.h (fit.sh writes them there)
 //   build/tests/chart/choice scatter CSV       how far the curves are from the runs
 //   build/tests/chart/choice list CSV          every choice, one a line: choice.csv
@@ -452,9 +452,15 @@ int main(int argc, char **argv)
             return commands[i].run(argv[2]);
         }
     }
-    if (read_chart(CHART, &chart) != 0)
+    const char *const path = argc > 1 && strstr(argv[1], ".csv") ? argv[1] : CHART;
+    if (read_chart(path, &chart) != 0)
     {
         return 1;
+    }
+    if (path != CHART)
+    {
+        --argc;
+        ++argv;
     }
     const int status = test_main(argc, argv, "choice", tests, sizeof tests / sizeof *tests);
     measured_free(&chart);
