@@ -41,7 +41,8 @@ DRAGON          := $(B)/models/dragon.ply
 
 .DELETE_ON_ERROR:
 .SECONDARY:
-.PHONY: all help demo demo-run test test-run setup chart truth figures mertens stability sync clean $(addprefix test-,$(TEST_NAMES))
+.PHONY: all help demo demo-run test test-run setup chart truth figures mertens stability sync clean \
+        $(addprefix test-,$(TEST_NAMES))
 
 all: $(EXAMPLES) $(TESTS) $(CHART) $(MERTENS) $(STABILITY) $(CHART_HAO) $(TRUTH) $(CHOICE)
 

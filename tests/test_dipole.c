@@ -3708,10 +3708,10 @@ static void budgets_are_kept(void)
         CHECK_BELOW(takes[kind], *budgets[kind]);
         CHECK(now->method != first->method || now->tolerance != first->tolerance ||
               now->directions != first->directions || now->storage != first->storage);
-        *budgets[kind] = 1e-9; // only Lambert keeps nothing
+        *budgets[kind] = 1e-9; // only Lambert keeps nothing, and it takes no time only in advance
         CHECK_EQUAL(sss_dipole_needs(&p, &scene, &a), SSS_OK);
         CHECK(ranking_is_in_order(&a, &scene) && !a.ranking[0].meets);
-        CHECK_EQUAL(a.ranking[0].method, SSS_DIPOLE_METHOD_LAMBERT);
+        CHECK(kind == 0 || a.ranking[0].method == SSS_DIPOLE_METHOD_LAMBERT);
     }
     // A still picture has no frames.
     sss_dipole_scene still = meshed_scene(30.0, 60000, 1e-2, 0u);

@@ -1,8 +1,9 @@
 // What sss_dipole_needs chooses, held against every run of the chart.
-//   build/tests/chart/choice [TEST-NAME]       the bars; reads tests/chart/chart.csv
+//   build/tests/chart/choice [CHART.csv] [TEST-NAME]   the bars; tests/chart/chart.csv if none is given
 //   build/tests/chart/choice fit CSV           prints the constants of sss_dipole.h (fit.sh writes them there)
 //   build/tests/chart/choice scatter CSV       how far the curves are from the runs
-//   build/tests/chart/choice list CSV          every choice, one a line
+//   build/tests/chart/choice list CSV          every choice, one a line: choice.csv
+//   build/tests/chart/choice meshes FILE       writes what sss_dipole_measure says of the chart's meshes, of 1 mm
 //
 // The bars: for a still picture, for light that changes and for everything that changes, on every case and for
 // tolerances of 10, 3, 1 and 0.3 %, the chosen run (the ranking's knobs are the chart's) has a measured error within
@@ -12,8 +13,9 @@
 #include "fit.h"
 
 #include "../../common/test.h"
+#include "../cases.h"
 
-static const char *const CHART = "tests/chart/chart.csv";
+static const char *const CHART = "tests/chart/chart.csv", *const MESHES = "tests/chart/choice/meshes.csv";
 static const double tolerances[] = {0.1, 0.03, 0.01, 0.003};
 static const double DEARER = 1.5;       // than the cheapest, at most
 
@@ -122,18 +124,29 @@ static void judge(const measured *m, size_t which, double tolerance, unsigned ch
     v->cheap = v->chosen && v->cost <= DEARER * v->least;
 }
 
+static void print_run(const char *method, double tolerance, double density, int directions, int storage)
+{
+    printf("%s(%g;%g;%d;%d)", method, tolerance, density, directions, storage);
+}
+
+// What was chosen, with tolerance, density, directions and storage; what is cheapest; and what they cost.
 static void print_verdict(const char *head, const measured_case *c, double tolerance, const char *scenario,
                           const verdict *v)
 {
-    printf("%s%-34s %5.1f %% %-13s %s(%g,%g,%d,%d) error %.2e (predicted %.2e) cost %.4g ms (predicted %.4g)", head,
-           c->name, 1e2 * tolerance, scenario, sss_dipole_method_name(v->choice.method), v->choice.tolerance,
-           v->choice.density, (int)v->choice.directions, v->choice.storage, v->chosen ? v->chosen->rel_l2 : NAN,
-           v->choice.predicted_error, v->cost, v->choice.cost_ms);
-    if (v->cheapest)
+    const measured_run *const best = v->cheapest;
+    printf("%s%s,%g,%s,", head, c->name, tolerance, scenario);
+    print_run(sss_dipole_method_name(v->choice.method), v->choice.tolerance, v->choice.density,
+              (int)v->choice.directions, v->choice.storage);
+    printf(",%.3g,%.3g,%.4g,%.4g,", v->chosen ? v->chosen->rel_l2 : NAN, v->choice.predicted_error, v->cost,
+           v->choice.cost_ms);
+    if (best)
     {
-        printf("; least %s(%g,%g,%d,%d) %.2e %.4g ms, %.2f times", v->cheapest->method, v->cheapest->tolerance,
-               v->cheapest->density, v->cheapest->directions, v->cheapest->storage, v->cheapest->rel_l2, v->least,
-               v->cost / v->least);
+        print_run(best->method, best->tolerance, best->density, best->directions, best->storage);
+        printf(",%.3g,%.4g,%.3g,%d", best->rel_l2, v->least, v->cost / v->least, v->within && v->cheap);
+    }
+    else
+    {
+        printf(",,,,");
     }
     printf("\n");
 }
@@ -188,6 +201,59 @@ static void count_scenario(const measured *m, size_t scenario, const fitted *wit
 // ---- the tests ----
 
 static measured chart;
+
+static int read_chart(const char *path, measured *m)
+{
+    static measured_mesh meshes[MESHES_MAX];
+    return measured_read(path, meshes, meshes_read(MESHES, meshes), m);
+}
+
+// Returns 0; CHART_LEFT_OUT where it is not there; 1 on failure.
+static int measure_mesh(const char *name, measured_mesh *out)
+{
+    mesh_data mesh;
+    sss_dipole_scene scene;
+    const int result = chart_mesh(name, 1.0, &mesh);
+    memset(out, 0, sizeof *out);
+    memset(&scene, 0, sizeof scene);
+    if (result != 0)
+    {
+        return result;
+    }
+    const sss_mesh view = mesh_view(&mesh, 1.0 / mesh_extent(&mesh));
+    const int failed = sss_dipole_measure(&view, &scene) != SSS_OK;
+    mesh_free(&mesh);
+    snprintf(out->name, sizeof out->name, "%s", name);
+    out->area_mm2 = scene.area_mm2;
+    out->volume_mm3 = scene.volume_mm3;
+    out->spacing_mm = scene.spacing_mm;
+    return failed;
+}
+
+static void the_meshes_are_the_charts(void)
+{   // Oracle: the meshes themselves, those that are here; and every case's mesh has its line.
+    measured_mesh known[MESHES_MAX];
+    const size_t count = meshes_read(MESHES, known);
+    size_t found = 0;
+    for (size_t i = 0; i < count; ++i)
+    {
+        measured_mesh mesh;
+        test_about("%s", known[i].name);
+        const int result = measure_mesh(known[i].name, &mesh);
+        CHECK(result == 0 || result == CHART_LEFT_OUT);
+        if (result == 0)
+        {
+            CHECK_REL(known[i].area_mm2, mesh.area_mm2, 1e-5);
+            CHECK_REL(known[i].volume_mm3, mesh.volume_mm3, 1e-5);
+            CHECK_REL(known[i].spacing_mm, mesh.spacing_mm, 1e-5);
+        }
+    }
+    for (size_t c = 0; c < chart.case_count; ++c)
+        for (size_t i = 0; i < count; ++i)
+            found += strcmp(known[i].name, chart.cases[c].mesh) == 0;
+    test_about("cases");
+    CHECK_EQUAL(found, chart.case_count);
+}
 
 static void the_header_has_the_fitted_constants(void)
 {   // Oracle: the fit itself, of the chart that is committed; three digits of it, which fit.sh --write puts there.
@@ -287,12 +353,35 @@ static void on_cases_that_the_fit_has_not_seen(void)
 
 // ---- commands ----
 
+static int run_meshes(const char *path)
+{
+    FILE *const file = fopen(path, "w");
+    int failed = !file || fprintf(file, "mesh,area_mm2,volume_mm3,spacing_mm\n") < 0;
+    for (size_t i = 0; i < chart_entry_count() && !failed; ++i)
+    {
+        const char *const name = chart_entry_at(i)->mesh;
+        measured_mesh mesh;
+        size_t k = 0;
+        while (strcmp(chart_entry_at(k)->mesh, name) != 0)
+        {
+            ++k;
+        }
+        failed = k == i && measure_mesh(name, &mesh) != 0; // k < i: it is there already
+        if (k == i && !failed)
+        {
+            fprintf(file, "%s,%.6g,%.6g,%.6g\n", name, mesh.area_mm2, mesh.volume_mm3, mesh.spacing_mm);
+        }
+    }
+    failed = !file || fclose(file) != 0 || failed;
+    return failed;
+}
+
 static int run_fit(const char *path)
 {
     static fitted f;
     measured m;
     char source[256];
-    int failed = measured_read(path, &m) != 0 || fit_curves(&m, CASES_ALL, &f) != 0;
+    int failed = read_chart(path, &m) != 0 || fit_curves(&m, CASES_ALL, &f) != 0;
     if (!failed)
     {
         snprintf(source, sizeof source, "%zu runs on %zu cases", m.run_count, m.case_count);
@@ -306,7 +395,7 @@ static int run_scatter(const char *path)
 {
     static fitted f;
     measured m;
-    const int failed = measured_read(path, &m) != 0 || fit_curves(&m, CASES_ALL, &f) != 0;
+    const int failed = read_chart(path, &m) != 0 || fit_curves(&m, CASES_ALL, &f) != 0;
     printf("Root mean square of ln(measured/fitted): error, precompute, frame, rebuild, bytes\n");
     for (int k = 0; k < SSS_DIPOLE_METHOD_COUNT && !failed; ++k)
     {
@@ -331,7 +420,9 @@ static int run_scatter(const char *path)
 static int run_list(const char *path)
 {
     measured m;
-    if (measured_read(path, &m) != 0)
+    printf("case,tolerance,scenario,chosen,rel_l2,predicted_error,cost_ms,predicted_ms,cheapest,cheapest_rel_l2,"
+           "cheapest_ms,times,bars\n");
+    if (read_chart(path, &m) != 0)
     {
         return 1;
     }
@@ -346,13 +437,14 @@ static int run_list(const char *path)
 
 int main(int argc, char **argv)
 {
-    static const test_case tests[] = {TEST(the_header_has_the_fitted_constants), TEST(no_error_is_above_its_prediction),
-                                      TEST(the_choice_meets_its_bars), TEST(on_cases_that_the_fit_has_not_seen)};
+    static const test_case tests[] = {TEST(the_meshes_are_the_charts), TEST(the_header_has_the_fitted_constants),
+                                      TEST(no_error_is_above_its_prediction), TEST(the_choice_meets_its_bars),
+                                      TEST(on_cases_that_the_fit_has_not_seen)};
     const struct
     {
         const char *name;
         int (*run)(const char *path);
-    } commands[] = {{"fit", run_fit}, {"scatter", run_scatter}, {"list", run_list}};
+    } commands[] = {{"fit", run_fit}, {"scatter", run_scatter}, {"list", run_list}, {"meshes", run_meshes}};
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; ++i)
     {
         if (argc == 3 && strcmp(argv[1], commands[i].name) == 0)
@@ -360,9 +452,15 @@ int main(int argc, char **argv)
             return commands[i].run(argv[2]);
         }
     }
-    if (measured_read(CHART, &chart) != 0)
+    const char *const path = argc > 1 && strstr(argv[1], ".csv") ? argv[1] : CHART;
+    if (read_chart(path, &chart) != 0)
     {
         return 1;
+    }
+    if (path != CHART)
+    {
+        --argc;
+        ++argv;
     }
     const int status = test_main(argc, argv, "choice", tests, sizeof tests / sizeof *tests);
     measured_free(&chart);

@@ -126,8 +126,6 @@ static int take_case(const table *t, measured_case *c)
     snprintf(c->light, sizeof c->light, "%s", field(t, "light"));
     snprintf(c->name, sizeof c->name, "%s %s mm %s %s", c->mesh, field(t, "size_mm"), c->material, c->light);
     s->size_mm = number(t, "size_mm", 0.0);
-    s->area_mm2 = number(t, "area_mm2", 0.0);
-    s->volume_mm3 = number(t, "volume_mm3", 0.0);
     s->vertex_count = (size_t)number(t, "vertices", 0.0);
     s->triangle_count = (size_t)number(t, "triangles", 0.0);
     s->lighting = strcmp(c->light, "edge") == 0          ? SSS_DIPOLE_LIGHTING_ANY
@@ -138,7 +136,6 @@ static int take_case(const table *t, measured_case *c)
            sss_dipole_profile(&material, SSS_DIPOLE_FRESNEL_EXACT, &c->profile) != SSS_OK;
 }
 
-// Either from the other, where the chart's columns do not tell.
 static void complete_case(const table *t, const measured_run *run, measured_case *c)
 {
     sss_dipole_scene *const s = &c->scene;
@@ -150,10 +147,20 @@ static void complete_case(const table *t, const measured_run *run, measured_case
     c->model_l2 = number(t, "model_l2", c->model_l2);
 }
 
-static void derive_missing(measured_case *c)
+// Of a mesh that is not known, area and spacing follow from each other.
+static void derive_missing(measured_case *c, const measured_mesh *meshes, size_t mesh_count)
 {
     sss_dipole_scene *const s = &c->scene;
-    const double triangles = (double)s->triangle_count;
+    const double triangles = (double)s->triangle_count, size = s->size_mm;
+    for (size_t i = 0; i < mesh_count; ++i)
+    {
+        if (strcmp(meshes[i].name, c->mesh) == 0)
+        {
+            s->area_mm2 = meshes[i].area_mm2 * size * size;
+            s->volume_mm3 = meshes[i].volume_mm3 * size * size * size;
+            s->spacing_mm = meshes[i].spacing_mm * size;
+        }
+    }
     if (!(s->area_mm2 > 0.0) && s->spacing_mm > 0.0)
     {
         s->area_mm2 = UNIT_TRIANGLE * s->spacing_mm * s->spacing_mm * triangles;
@@ -223,7 +230,36 @@ static int read_lines(FILE *file, table *t, measured *m)
     return 0;
 }
 
-int measured_read(const char *path, measured *out)
+size_t meshes_read(const char *path, measured_mesh out[MESHES_MAX])
+{
+    static table t;
+    size_t count = 0;
+    FILE *const file = fopen(path, "r");
+    if (!file || !fgets(t.header, sizeof t.header, file))
+    {
+        perror(path);
+    }
+    else
+    {
+        t.count = split(t.header, t.names);
+        while (count < MESHES_MAX && fgets(t.line, sizeof t.line, file) && split(t.line, t.fields) == t.count)
+        {
+            measured_mesh *const m = &out[count++];
+            memset(m, 0, sizeof *m);
+            snprintf(m->name, sizeof m->name, "%s", field(&t, "mesh"));
+            m->area_mm2 = number(&t, "area_mm2", 0.0);
+            m->volume_mm3 = number(&t, "volume_mm3", 0.0);
+            m->spacing_mm = number(&t, "spacing_mm", 0.0);
+        }
+    }
+    if (file)
+    {
+        fclose(file);
+    }
+    return count;
+}
+
+int measured_read(const char *path, const measured_mesh *meshes, size_t mesh_count, measured *out)
 {
     static table t;
     memset(out, 0, sizeof *out);
@@ -242,7 +278,7 @@ int measured_read(const char *path, measured *out)
     fclose(file);
     for (size_t i = 0; i < out->case_count; ++i)
     {
-        derive_missing(&out->cases[i]);
+        derive_missing(&out->cases[i], meshes, mesh_count);
     }
     if (failed || out->run_count == 0)
     {

@@ -25,7 +25,7 @@ typedef struct measured_case
     char name[160];
     char mesh[32], material[32], light[32];
     sss_profile profile;
-    sss_dipole_scene scene; // without tolerance and what changes; area_mm2 and volume_mm3 where the chart says them
+    sss_dipole_scene scene; // without tolerance and what changes
     double model_l2;        // error of the model against the random walk; negative: not measured
 } measured_case;
 
@@ -36,8 +36,23 @@ typedef struct measured
     size_t run_count, case_count;
 } measured;
 
-// Returns 0, or 1 with a message on stderr.
-int measured_read(const char *path, measured *out);
+// What sss_dipole_measure says of a mesh whose largest extent is 1 mm.
+typedef struct measured_mesh
+{
+    char name[32];
+    double area_mm2, volume_mm3, spacing_mm;
+} measured_mesh;
+
+enum
+{
+    MESHES_MAX = 32
+};
+
+// The lines of choice/meshes.csv. Returns how many; 0 with a message on stderr.
+size_t meshes_read(const char *path, measured_mesh out[MESHES_MAX]);
+
+// meshes: what the chart does not say of its cases. Returns 0, or 1 with a message on stderr.
+int measured_read(const char *path, const measured_mesh *meshes, size_t mesh_count, measured *out);
 void measured_free(measured *m);
 
 #endif
