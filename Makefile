@@ -12,7 +12,7 @@ B        := build
 WARNINGS := -Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror
 CFLAGS   ?= -O2
 CXXFLAGS ?= -O2
-C_ALL     = -std=c99 $(WARNINGS) $(CFLAGS) -I. -MMD -MP
+C_ALL     = -std=c99 $(WARNINGS) $(CFLAGS) $(LEVEL) -I. -MMD -MP
 # C++ is there only for tinygltf, whose own header is not held to our warnings (a system header).
 CXX_ALL   = -std=c++17 $(WARNINGS) $(CXXFLAGS) -I. -MMD -MP
 LIBRARIES = -Wl,--as-needed -ltinygltf -lembree3 -lglfw -lOSMesa -lcmocka -lpthread -ldl -lm $(LDLIBS)
@@ -135,6 +135,9 @@ $(B)/.setup: tests/setup.sh
 $(B)/obj/%.c.o: %.c | $(B)/.setup
 	@mkdir -p $(@D)
 	$(CC) $(C_ALL) -c $< -o $@
+
+# Three implementations, for tests that run for a moment.
+$(B)/obj/tests/test_include.c.o: LEVEL = -O0
 
 $(B)/obj/%.cpp.o: %.cpp | $(B)/.setup
 	@mkdir -p $(@D)

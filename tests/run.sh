@@ -4,9 +4,9 @@
 # Bars that a test missed without failing (CHECK_BAR of tests/common/test.h) are listed again at the end.
 #   tests/run.sh TEST...      SSS_TEST_SECONDS: limit for each, default 1200
 # What measures time has the machine to itself: the tests of a program that are marked TEST_TIMED, and scripts with a
-# line that begins '# Measures time'. Behind those the rest of the programs, then the rest of the scripts, two at a time;
-# test_sanitize.sh asks the programs' logs what is quick. What a test says is printed when it ends. One TEST by itself
-# runs whole and is heard at once.
+# line that begins '# Measures time'. Behind those the rest of the programs, then the rest of the scripts, two at a
+# time; test_sanitize.sh asks the programs' logs what is quick. What a test says is printed when it ends. One TEST by
+# itself runs whole and is heard at once.
 cd "$(dirname "$0")/.." || exit 1
 logs=build/tests/logs
 mkdir -p "$logs" || exit 1

@@ -1,7 +1,5 @@
 #include "backdrop.h"
 
-#include <string.h>
-
 static const char vertex_shader[] =
     "out vec2 screen;\n"
     "void main()\n" // one triangle that covers the picture
@@ -24,41 +22,27 @@ static const char fragment_shader[] =
 
 int backdrop_create(const gl_context *context, backdrop *out, char *error_text, size_t error_size)
 {
-    const char *const vertex[] = {vertex_shader}, *const fragment[] = {fragment_shader};
-    memset(out, 0, sizeof *out);
-    out->gl = gl_context_functions(context);
-    out->program = gl_context_program(context, gl_context_version_line(context), vertex, 1, fragment, 1, error_text,
-                                      error_size);
-    if (!out->program)
-    {
-        return -1;
-    }
-    out->gl->GenVertexArrays(1, &out->vertex_array);
-    return 0;
+    return gl_pass_create(context, vertex_shader, fragment_shader, &out->pass, error_text, error_size);
 }
 
 void backdrop_free(backdrop *b)
 {
-    if (b->gl)
-    {
-        b->gl->DeleteProgram(b->program);
-        b->gl->DeleteVertexArrays(1, &b->vertex_array);
-    }
+    gl_pass_free(&b->pass);
 }
 
 void backdrop_draw(const backdrop *b, const double colors[2][3])
 {
-    const gl_functions *const gl = b->gl;
+    const gl_functions *const gl = b->pass.gl;
     float c[2][3];
     for (int i = 0; i < 6; ++i)
     {
         c[i / 3][i % 3] = (float)colors[i / 3][i % 3];
     }
     gl->Disable(GL_DEPTH_TEST);
-    gl->UseProgram(b->program);
-    gl->Uniform3fv(gl->GetUniformLocation(b->program, "below"), 1, c[0]);
-    gl->Uniform3fv(gl->GetUniformLocation(b->program, "above"), 1, c[1]);
-    gl->BindVertexArray(b->vertex_array);
+    gl->UseProgram(b->pass.program);
+    gl->Uniform3fv(gl->GetUniformLocation(b->pass.program, "below"), 1, c[0]);
+    gl->Uniform3fv(gl->GetUniformLocation(b->pass.program, "above"), 1, c[1]);
+    gl->BindVertexArray(b->pass.vertex_array);
     gl->DrawArrays(GL_TRIANGLES, 0, 3);
     gl->Enable(GL_DEPTH_TEST);
 }

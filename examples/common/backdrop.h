@@ -12,8 +12,7 @@ extern "C" {
 
 typedef struct backdrop
 {
-    const gl_functions *gl;
-    GLuint program, vertex_array;
+    gl_pass pass;
 } backdrop;
 
 // Returns 0, or -1 with the reason in error_text, *out then being empty.

@@ -403,3 +403,27 @@ GLuint gl_context_program(const gl_context *context, const char *version_line, c
     gl->DeleteShader(fragment);
     return program;
 }
+
+int gl_pass_create(const gl_context *context, const char *vertex, const char *fragment, gl_pass *out, char *error_text,
+                   size_t error_size)
+{
+    memset(out, 0, sizeof *out);
+    out->program = gl_context_program(context, gl_context_version_line(context), &vertex, 1, &fragment, 1, error_text,
+                                      error_size);
+    if (!out->program)
+    {
+        return -1;
+    }
+    out->gl = gl_context_functions(context);
+    out->gl->GenVertexArrays(1, &out->vertex_array);
+    return 0;
+}
+
+void gl_pass_free(const gl_pass *pass)
+{
+    if (pass->gl)
+    {
+        pass->gl->DeleteProgram(pass->program);
+        pass->gl->DeleteVertexArrays(1, &pass->vertex_array);
+    }
+}

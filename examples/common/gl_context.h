@@ -144,6 +144,18 @@ GLuint gl_context_program(const gl_context *context, const char *version_line, c
                           size_t vertex_count, const char *const *fragment_pieces, size_t fragment_count,
                           char *error_text, size_t error_size);
 
+// A program from one source of each kind, at the context's version, and the vertex array that it draws from.
+typedef struct gl_pass
+{
+    const gl_functions *gl;
+    GLuint program, vertex_array;
+} gl_pass;
+
+// Returns 0, or -1 with the reason in error_text, *out then being empty.
+int gl_pass_create(const gl_context *context, const char *vertex, const char *fragment, gl_pass *out, char *error_text,
+                   size_t error_size);
+void gl_pass_free(const gl_pass *pass);
+
 #ifdef __cplusplus
 }
 #endif

@@ -30,49 +30,44 @@ static const double CAPITAL = 7.0; // height of a capital letter in the font's u
 
 int label_create(const gl_context *context, label *out, char *error_text, size_t error_size)
 {
-    const char *const vertex[] = {vertex_shader}, *const fragment[] = {fragment_shader};
     memset(out, 0, sizeof *out);
-    out->gl = gl_context_functions(context);
-    out->program = gl_context_program(context, gl_context_version_line(context), vertex, 1, fragment, 1, error_text,
-                                      error_size);
-    if (!out->program)
+    if (gl_pass_create(context, vertex_shader, fragment_shader, &out->pass, error_text, error_size) != 0)
     {
         return -1;
     }
-    out->gl->GenVertexArrays(1, &out->vertex_array);
-    out->gl->GenBuffers(1, &out->buffer);
-    out->gl->BindVertexArray(out->vertex_array);
-    out->gl->BindBuffer(GL_ARRAY_BUFFER, out->buffer);
-    out->gl->EnableVertexAttribArray(0);
-    out->gl->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, NULL);
+    const gl_functions *const gl = out->pass.gl;
+    gl->GenBuffers(1, &out->buffer);
+    gl->BindVertexArray(out->pass.vertex_array);
+    gl->BindBuffer(GL_ARRAY_BUFFER, out->buffer);
+    gl->EnableVertexAttribArray(0);
+    gl->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, NULL);
     return 0;
 }
 
 void label_free(label *l)
 {
-    if (l->gl)
+    if (l->pass.gl)
     {
-        l->gl->DeleteProgram(l->program);
-        l->gl->DeleteVertexArrays(1, &l->vertex_array);
-        l->gl->DeleteBuffers(1, &l->buffer);
+        l->pass.gl->DeleteBuffers(1, &l->buffer);
     }
+    gl_pass_free(&l->pass);
 }
 
 void label_begin(label *l, int width, int height)
 {
     l->to_clip[0] = 2.0f / (float)width;
     l->to_clip[1] = 2.0f / (float)height;
-    l->gl->Viewport(0, 0, width, height);
+    l->pass.gl->Viewport(0, 0, width, height);
 }
 
 static void draw_triangles(const label *l, const float (*corners)[2], int count, const float color[3])
 {
-    const gl_functions *const gl = l->gl;
+    const gl_functions *const gl = l->pass.gl;
     gl->Disable(GL_DEPTH_TEST);
-    gl->UseProgram(l->program);
-    gl->Uniform2f(gl->GetUniformLocation(l->program, "to_clip"), l->to_clip[0], l->to_clip[1]);
-    gl->Uniform3fv(gl->GetUniformLocation(l->program, "ink"), 1, color);
-    gl->BindVertexArray(l->vertex_array);
+    gl->UseProgram(l->pass.program);
+    gl->Uniform2f(gl->GetUniformLocation(l->pass.program, "to_clip"), l->to_clip[0], l->to_clip[1]);
+    gl->Uniform3fv(gl->GetUniformLocation(l->pass.program, "ink"), 1, color);
+    gl->BindVertexArray(l->pass.vertex_array);
     gl->BindBuffer(GL_ARRAY_BUFFER, l->buffer);
     gl->BufferData(GL_ARRAY_BUFFER, (GLsizeiptr)((size_t)count * sizeof *corners), corners, GL_STREAM_DRAW);
     gl->DrawArrays(GL_TRIANGLES, 0, count);

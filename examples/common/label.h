@@ -10,8 +10,8 @@ extern "C" {
 
 typedef struct label
 {
-    const gl_functions *gl;
-    GLuint program, vertex_array, buffer;
+    gl_pass pass;
+    GLuint buffer;
     float to_clip[2]; // of a pixel
 } label;
 

@@ -25,7 +25,7 @@ int main(void)
     return 0;
 }
 END
-    gcc -std=c99 -O1 -I. "$work/$1.c" -o "$work/$1" -lm && (cd "$work" && "./$1")
+    gcc -std=c99 -O0 -I. "$work/$1.c" -o "$work/$1" -lm && (cd "$work" && "./$1")
 }
 
 shader() # version, stage, files...

@@ -104,7 +104,7 @@ static inline void mend_checks(file *f, file_hash h, const size_t *checks, size_
 }
 
 // Changes a good file as the bytes say: each seven are a place, what to do there, and a value. The first byte of the
-// input, `how`, tells whether the checks are made right again, and whether the end is cut off.
+// input, `how`, tells whether the checks are made right again, and whether the end is cut off; neither for 254.
 static inline void change(file *f, file_hash h, const size_t *checks, size_t check_count, uint8_t how,
                           const uint8_t *data, size_t size)
 {

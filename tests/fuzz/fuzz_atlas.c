@@ -100,7 +100,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     else
     {
         append(&f, good.bytes, good.count);
-        change(&f, hashing, checks, check_count, size > 0 ? data[0] : 255, data + 1, size > 1 ? size - 1 : 0);
+        change(&f, hashing, checks, check_count, size > 0 ? data[0] : 254, data + 1, size > 1 ? size - 1 : 0);
     }
     const sss_result result = sss_atlas_load(&mesh, take, &f, NULL, &atlas);
     if (result == SSS_OK)

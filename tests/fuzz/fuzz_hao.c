@@ -141,7 +141,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     else
     {
         append(&f, good[kind].bytes, good[kind].count);
-        change(&f, hashing, checks[kind], check_count[kind], size > 0 ? data[0] : 255, data + 2, size > 2 ? size - 2 : 0);
+        change(&f, hashing, checks[kind], check_count[kind], size > 0 ? data[0] : 254, data + 2,
+               size > 2 ? size - 2 : 0);
     }
     const sss_result result = sss_hao_load(hash[kind], take, &f, NULL, &hao);
     if (result == SSS_OK)
