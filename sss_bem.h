@@ -55,9 +55,9 @@
 // ================================================ LIMITS ===============================================
 //
 // All measured by tests/stability (make stability: stability_bem.csv and .png).
-//   * The dipole is a model of a flat, endless piece. Lit slabs of 0.25 / 1 / 2 / 8 mean free paths come out 1.5 / 1.2
-//     / 1.05 / 1 times too bright on the lit face for alpha' = 0.9, 2.5 / 1.7 / 1.4 / 1.03 for 0.99; the dark face at
-//     0.5 / 0.97 / 0.94 / 0.15 and 0.99 / 1.4 / 1.1 / 0.3 of the truth. A sphere without absorption in even light, B =
+//   * The dipole is a model of a flat, endless piece. Beside diffusion in a slab, all images summed, lit slabs of 2 / 8
+//     mean free paths come out 1.05 / 1 times as bright on the lit face for alpha' = 0.9, 1.4 / 1.03 for 0.99; the dark
+//     face at 0.94 / 0.15 and 1.1 / 0.3. A sphere without absorption in even light, B =
 //     E, has 0.26 at a radius of half a mean free path, 0.72 at 3, 0.96 at 50.
 //   * Light crosses air: of two fingers of radius 3, one of them lit, the dark one shows 26 % of the lit one's largest
 //     B at a gap of 8 mean free paths, 58 % at 1, 90 % at 0.03.

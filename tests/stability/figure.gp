@@ -1,6 +1,6 @@
 # Called by stability.sh with `method`, `csv`, `png` and `here`. One small panel for each sweep: first the method
-# against the converged integral of its own geometry, then the dipole model against what is true, then what bad input costs,
-# then what is the method's own (METHOD/panels.gp).
+# against the converged integral of its own geometry, then the dipole model against what is true, then what bad input
+# costs, then what is the method's own (METHOD/panels.gp).
 load here."/".method."/series.gp" # all_series, header, own_rows
 columns = 5
 rows_in_all = 5 + own_rows
