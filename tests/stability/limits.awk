@@ -39,7 +39,7 @@ function read(method, series, sweep, kind,    file, line, f, v)
         if (f[1] == base && f[2] == series && f[4] != "" && f[4] + 0 > worst_method + 0) worst_method = f[4]
         # the model's rows stand under the first series of their geometry
         if (f[1] != sweep || (f[2] != series && !(sweep ~ /^slab / && method == "hao"))) continue
-        v = kind == "model" ? f[8] : kind == "input" ? f[9] : kind == "method" ? f[4] : ""
+        v = kind == "model" || kind == "slab" ? f[8] : kind == "input" ? f[9] : kind == "method" ? f[4] : ""
         if (kind == "promise" && f[4] != "") v = f[4] / promise(method, f[6], series)
         if (kind == "flicker" && f[11] != "" && f[12] > 0) v = f[11] / f[12] > 1 ? f[11] / f[12] - 1 : 0
         if (kind == "facets" && f[11] != "" && f[3] >= 50) v = f[11] > 1 ? f[11] - 1 : 1 - f[11]
