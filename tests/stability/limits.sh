@@ -49,8 +49,13 @@ lines()
     awk -F';' -v method="$1" '
         function put(text)
         {
-            if (length(text) > 113) { print "limits.sh: a line too long: " text > "/dev/stderr"; exit 1 }
-            print "//   * " text
+            lead = "//   * "
+            for (; length(text) > 113; lead = "//     ") {
+                for (at = 113; substr(text, at, 1) != " "; at--);
+                print lead substr(text, 1, at - 1)
+                text = substr(text, at + 1)
+            }
+            print lead text
         }
         $1 != method { next }
         $3 == "model" || $3 == "input" {
