@@ -59,15 +59,15 @@
 //     mean free paths come out 1.05 / 1 times as bright on the lit face for alpha' = 0.9, 1.4 / 1.03 for 0.99; the dark
 //     face at 0.94 / 0.15 and 1.1 / 0.3. A sphere without absorption in even light, B =
 //     E, has 0.26 at a radius of half a mean free path, 0.72 at 3, 0.96 at 50.
-//   * Light crosses air: of two fingers of radius 3, one of them lit, the dark one shows 26 % of the lit one's largest
-//     B at a gap of 8 mean free paths, 58 % at 1, 90 % at 0.03.
+//   * Light crosses air: of two fingers of radius 3, one of them lit, the dark one shows 27 % of the lit one's largest
+//     B at a gap of 8 mean free paths, 57 % at 1, 89 % at 0.03.
 //   * Placed sources that come near another part of the surface: sss_bem_options.guard. Unguarded, the bunny at 10 mm
 //     shows up to 7,600 times its irradiance; guarded, never more than 0.87 of it, and no surface more than a plane
 //     would by half. It changes nothing on planes and on bodies wider than z, more than 5 % at 22 to 34 % of the
 //     bunny's vertices at 10 mm, 4 to 9 % at 50 mm, below 1 % at 200 mm: folds and thin parts, where the shade is a
 //     guess.
-//   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.7 %, but for
-//     the fingers at a gap of 4 with 1.06 % (predicted as 1.9 %). Single vertices may be off by several times as much:
+//   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.9 %, but for
+//     the fingers at gaps of 2 and 4 with 1.3 and 1.5 % (predicted as 1.5 and 2.1 %). Single vertices may be off by several times as much:
 //     by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the worst of the bunny's.
 //   * Positions are floats over the diagonal: a mean free path below a millionth of it loses digits, and
 //     stats.predicted_error grows as 1e-9 of the diagonal over the path. Rounding may leave B of dark vertices at -1e-6

@@ -90,7 +90,7 @@
 //     positions in float. sss_bem.h has a guard against it; this gather has none.
 //   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
 // ---- BEGIN measured by make stability (tests/stability/README.md says what the errors are; in brackets: sweep) ----
-//   * 10 % model error: distance, half space, eta 1: alpha' below 0.77; worst 36 % (half space n 1)
+//   * 10 % model error: distance, half space, eta 1: alpha' below 0.85; worst 36 % (half space n 1)
 //   * 10 % model error: distance, half space, eta 1.3: alpha' below 0.76; worst 19 % (half space n 1.3)
 //   * 10 % model error: distance, half space, eta 1.5: alpha' below 0.94; worst 66 % (half space n 1.5)
 //   * 10 % model error: walk, phase function, sphere of 1 mean free path: g at any value from 0.5; worst 52 %
@@ -106,12 +106,12 @@
 //   * 10 % beside diffusion in a slab: dark face, alpha' 0.99: thickness at any value to 8 mean free paths; worst 55 %
 //     (slab back 0.99)
 //   * 10 % model error: distance, sphere without absorption: radius below 14 mean free paths; worst 84 % (sphere)
-//   * 10 % model error: placed, the same, sources placed: radius below 21 mean free paths; worst 1.4e+05 % (sphere)
+//   * 10 % model error: placed, sphere without absorption: radius below 21 mean free paths; worst 1.4e+05 % (sphere)
 //   * 10 % model error: distance, light across air: gap below 4.9 mean free paths; worst 100 % (fingers)
-//   * 10 % model error: placed, the same, sources placed: gap at any value to 8 mean free paths; worst 6800 % (fingers)
+//   * 10 % model error: placed, light across air: gap at any value to 8 mean free paths; worst 6800 % (fingers)
 //   * 10 % input error: distance, shadow edge on a coarse mesh: mean edge above 2 mean free paths; worst 90 % (coarse)
 //   * 10 % input error: distance, displaced vertices: amplitude above 0.39 mean edges; worst 31 % (noise)
-//   * 10 % input error: placed, the same, sources placed: amplitude above 0.18 mean edges; worst 260 % (noise)
+//   * 10 % input error: placed, displaced vertices: amplitude above 0.18 mean edges; worst 260 % (noise)
 //   * 10 % input error: distance, triangles missing: share above 0.096; worst 52 % (holes)
 //   * 10 % input error: distance, triangles turned over: share above 0.22; worst 96 % (windings)
 //   * 10 % input error: distance, vertex normals turned over: share above 0.084; worst 96 % (normals)

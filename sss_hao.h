@@ -117,8 +117,7 @@
 //   * references, slivers: aspect no limit from 1 to 1.0e+05; error at most 0.97 %, 0.33 times what is promised
 //     (slivers)
 //   * references, grazing light: elevation below 39 degrees; error at most 4.1 %, 2.4 times what is promised (grazing)
-//   * harmonics, the same, harmonics alone: elevation below 13 degrees; error at most 4.9 %, 2.8 times what is
-//     promised (grazing)
+//   * harmonics, grazing light: elevation below 13 degrees; error at most 4.9 %, 2.8 times what is promised (grazing)
 //   * references, sphere: radius above 16 mean free paths; error at most 3.2 %, 1.1 times what is promised (size)
 //   * references, balls beside a plate, references 3 mm apart: radius below 1.8 mm; error at most 1.9 % (small parts)
 //   * references, vertices pushed in and out: amplitude above 0.3 of the radius; error at most 14 % (rough surfaces)
