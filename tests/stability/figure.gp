@@ -15,7 +15,7 @@ set grid lt 1 lw 1 lc rgb "#e4e4e4"
 set key bottom left opaque box lc rgb "#cccccc" samplen 2
 set format x "%g"
 set format y "%.0e"
-rows(name, series) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", name, series, csv)
+rows(name, series) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s' | sort -t, -k3,3g", name, series, csv)
 last(i) = word(all_series, i)
 
 # Columns of the csv: 4 rel_l2, 6 predicted, 8 model, 9 input, 10 said, 11 value, 12 ideal.
