@@ -101,6 +101,40 @@
 //     on slabs of 1 and 10 mean free paths (tests/test_dipole.c); edges of light, curved thin parts are not in it.
 //   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
 // ---- BEGIN measured by make stability (tests/stability/README.md says what the errors are; in brackets: sweep) ----
+//   * 10 % model error: distance, half space, eta 1: alpha' below 0.85; worst 36 % (half space n 1)
+//   * 10 % model error: distance, half space, eta 1.3: alpha' below 0.76; worst 19 % (half space n 1.3)
+//   * 10 % model error: distance, half space, eta 1.5: alpha' below 0.94; worst 66 % (half space n 1.5)
+//   * 10 % model error: walk, phase function, sphere of 1 mean free path: g at any value from 0.5; worst 52 %
+//     (similarity 1)
+//   * 10 % model error: walk, phase function, sphere of 5 mean free paths: g no limit from 0.5 to 0.95; worst 3 %
+//     (similarity 5)
+//   * 10 % beside diffusion in a slab: lit face, alpha' 0.9: thickness no limit from 2 to 8 mean free paths; worst 5 %
+//     (slab front 0.9)
+//   * 10 % beside diffusion in a slab: lit face, alpha' 0.99: thickness below 4.9 mean free paths; worst 39 % (slab
+//     front 0.99)
+//   * 10 % beside diffusion in a slab: dark face, alpha' 0.9: thickness at any value to 8 mean free paths; worst 80 %
+//     (slab back 0.9)
+//   * 10 % beside diffusion in a slab: dark face, alpha' 0.99: thickness at any value to 8 mean free paths; worst 55 %
+//     (slab back 0.99)
+//   * 10 % model error: distance, sphere without absorption: radius below 14 mean free paths; worst 84 % (sphere)
+//   * 10 % model error: placed, sphere without absorption: radius below 21 mean free paths; worst 1.4e+05 % (sphere)
+//   * 10 % model error: distance, light across air: gap below 4.9 mean free paths; worst 100 % (fingers)
+//   * 10 % model error: placed, light across air: gap at any value to 8 mean free paths; worst 6800 % (fingers)
+//   * 10 % input error: distance, shadow edge on a coarse mesh: mean edge above 2 mean free paths; worst 90 % (coarse)
+//   * 10 % input error: distance, displaced vertices: amplitude above 0.39 mean edges; worst 31 % (noise)
+//   * 10 % input error: placed, displaced vertices: amplitude above 0.18 mean edges; worst 260 % (noise)
+//   * 10 % input error: distance, triangles missing: share above 0.096; worst 52 % (holes)
+//   * 10 % input error: distance, triangles turned over: share above 0.22; worst 96 % (windings)
+//   * 10 % input error: distance, vertex normals turned over: share above 0.084; worst 96 % (normals)
+//   * distance, slivers: aspect no limit from 1 to 1.0e+05; error at most 0.016 %, 0.088 times what is promised
+//     (slivers)
+//   * distance, grazing light: elevation no limit from 0.1 to 90 degrees; error at most 0.018 %, 0.14 times what is
+//     promised (grazing)
+//   * distance, sphere: radius no limit from 5e-06 to 5.0e+06 mean free paths; error at most 0.079 %, 0.36 times what
+//     is promised (size)
+//   * distance, vertices of a faceted sphere without visible scattering, against Lambert: up to 0.87 % (size)
+//   * placed, vertices of a faceted sphere without visible scattering, against Lambert: up to 4.5 % (size)
+//   * distance, steps of B as a light turns by half degrees no limit; worst +0 % (turning)
 // ---- END measured by make stability ----
 //
 

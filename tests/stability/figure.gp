@@ -1,6 +1,6 @@
 # Called by stability.sh with `method`, `csv`, `png` and `here`. One small panel for each sweep: first the method
-# against the converged integral of its own geometry, then the dipole model against what is true, then what bad input costs,
-# then what is the method's own (METHOD/panels.gp).
+# against the converged integral of its own geometry, then the dipole model against what is true, then what bad input
+# costs, then what is the method's own (METHOD/panels.gp).
 load here."/".method."/series.gp" # all_series, header, own_rows
 columns = 5
 rows_in_all = 5 + own_rows
@@ -15,7 +15,7 @@ set grid lt 1 lw 1 lc rgb "#e4e4e4"
 set key bottom left opaque box lc rgb "#cccccc" samplen 2
 set format x "%g"
 set format y "%.0e"
-rows(name, series) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s'", name, series, csv)
+rows(name, series) = sprintf("< awk -F, '$1 == \"%s\" && $2 == \"%s\"' '%s' | sort -t, -k3,3g", name, series, csv)
 last(i) = word(all_series, i)
 
 # Columns of the csv: 4 rel_l2, 6 predicted, 8 model, 9 input, 10 said, 11 value, 12 ideal.

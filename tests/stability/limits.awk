@@ -1,5 +1,7 @@
 # limits.txt and the csv files to lines "method;kind;what and threshold;worst method error;worst error;says".
 # awk -F';' -v folder=FOLDER -f limits.awk limits.txt
+BEGIN { columns = "sweep,series,x,rel_l2,rel_max,predicted,left_out,model,input,said,value,ideal" }
+
 function number(x)
 {
     if (x >= 1000) return sprintf("%.1e", x)
@@ -25,14 +27,19 @@ function read(method, series, sweep, kind,    file, line, f, v)
     n = 0
     worst_method = ""
     file = folder "/" method "/stability_" method ".csv"
+    if ((getline line < file) <= 0 || line != columns) {
+        print "limits.awk: " file " has not the columns " columns > "/dev/stderr"
+        failed = 1
+    }
     while ((getline line < file) > 0) {
         split(line, f, ",")
+        if (sweep ~ /^slab / && f[3] < 2) continue # thinner ones diffusion itself does not describe
         base = sweep
         if (sweep ~ /^slab /) base = "slab"
         if (f[1] == base && f[2] == series && f[4] != "" && f[4] + 0 > worst_method + 0) worst_method = f[4]
         # the model's rows stand under the first series of their geometry
         if (f[1] != sweep || (f[2] != series && !(sweep ~ /^slab / && method == "hao"))) continue
-        v = kind == "model" ? f[8] : kind == "input" ? f[9] : kind == "method" ? f[4] : ""
+        v = kind == "model" || kind == "slab" ? f[8] : kind == "input" ? f[9] : kind == "method" ? f[4] : ""
         if (kind == "promise" && f[4] != "") v = f[4] / promise(method, f[6], series)
         if (kind == "flicker" && f[11] != "" && f[12] > 0) v = f[11] / f[12] > 1 ? f[11] / f[12] - 1 : 0
         if (kind == "facets" && f[11] != "" && f[3] >= 50) v = f[11] > 1 ? f[11] - 1 : 1 - f[11]

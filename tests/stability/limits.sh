@@ -23,18 +23,25 @@ table()
             $1 != method || $4 ~ /no limit/ { next }
             {
                 own = $5; model = input = "-"
+                what = $4
                 if ($3 == "model") model = $6
+                else if ($3 == "slab") { what = "slab, " $4; model = $6 " beside diffusion" }
                 else if ($3 == "input" || $3 == "facets") input = $6
                 else if ($3 == "promise") own = $5 ", " $6 " what is predicted"
                 name = header ", " $2
                 if ($2 == "walk") name = "any of them"
-                printf "| %s | %s | %s | %s | %s | %s |\n", name, $4, own, model, input, $7
+                printf "| %s | %s | %s | %s | %s | %s |\n", name, what, own, model, input, $7
             }' "$work/limits"
     done
     echo
     echo 'Swept without finding a limit:'
     echo
-    awk -F';' '$4 ~ /no limit/ { printf "- %s, %s: %s; error at most %s\n", $1, $2, $4, $5 }' "$work/limits"
+    awk -F';' '
+        $4 ~ /no limit/ {
+            worst = $3 == "method" || $3 == "promise" ? $5 : $6
+            what = $3 == "slab" ? "slab beside diffusion, " $4 : $4
+            printf "- %s, %s: %s; error at most %s\n", $1, $2, what, worst
+        }' "$work/limits"
 }
 
 lines()
@@ -42,12 +49,18 @@ lines()
     awk -F';' -v method="$1" '
         function put(text)
         {
-            if (length(text) > 113) { print "limits.sh: a line too long: " text > "/dev/stderr"; exit 1 }
-            print "//   * " text
+            lead = "//   * "
+            for (; length(text) > 113; lead = "//     ") {
+                for (at = 113; substr(text, at, 1) != " "; at--);
+                print lead substr(text, 1, at - 1)
+                text = substr(text, at + 1)
+            }
+            print lead text
         }
         $1 != method { next }
         $3 == "model" || $3 == "input" {
             put("10 % " $3 " error: " $2 ", " $4 "; worst " $6 " (" $8 ")"); next }
+        $3 == "slab" { put("10 % beside diffusion in a slab: " $4 "; worst " $6 " (" $8 ")"); next }
         $3 == "facets" { put($2 ", " $4 " (" $8 ")"); next }
         $3 == "flicker" { put($2 ", " $4 "; worst +" $6 " (" $8 ")"); next }
         $3 == "promise" { put($2 ", " $4 "; error at most " $5 ", " $6 " what is promised (" $8 ")"); next }

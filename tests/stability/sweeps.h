@@ -28,7 +28,8 @@ typedef struct series
     sss_dipole_geometry geometry;
     double guard;                        // of the reference, 0: none
     double tolerance;                    // relative L2 error that was asked for; 0: none, stats.predicted_error holds
-    double regression;                   // the worst error over what was asked for or predicted that is tolerated
+    double regression;                   // the worst error over what was asked for or predicted that has been measured
+    double left_out;                     // the largest share of values that cannot be compared, as measured
 } series;
 
 typedef struct method

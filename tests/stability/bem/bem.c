@@ -81,9 +81,9 @@ static int shade(const scene *s, const double (*lights)[3], size_t light_count, 
 
 // guard: the default one, found by main.
 static method placed = {1,
-                     {{"placed", SSS_DIPOLE_PLACED, 1.0, TOLERANCE, 1.0},
-                      {NULL, SSS_DIPOLE_DISTANCE, 0.0, 0.0, 0.0},
-                      {NULL, SSS_DIPOLE_DISTANCE, 0.0, 0.0, 0.0}},
+                     {{"placed", SSS_DIPOLE_PLACED, 1.0, TOLERANCE, 1.0, 0.0},
+                      {NULL, SSS_DIPOLE_DISTANCE, 0.0, 0.0, 0.0, 0.0},
+                      {NULL, SSS_DIPOLE_DISTANCE, 0.0, 0.0, 0.0, 0.0}},
                      shade};
 
 #define SWEPT placed

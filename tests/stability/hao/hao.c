@@ -143,9 +143,9 @@ static int shade(const scene *given, const double (*lights)[3], size_t light_cou
 
 // What stats predict is a mean over lights: under a grazing one B is small and its relative error more (sweep grazing).
 static const method precomputed = {3,
-                                   {{"floats", SSS_DIPOLE_DISTANCE, 0.0, 5e-3, 1.3},
-                                    {"references", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 6.0},
-                                    {"harmonics", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 3.5}},
+                                   {{"floats", SSS_DIPOLE_DISTANCE, 0.0, 5e-3, 1.5, 0.0},
+                                    {"references", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 6.0, 0.0},
+                                    {"harmonics", SSS_DIPOLE_DISTANCE, 0.0, 0.0, 3.5, 0.0}},
                                    shade};
 
 #define SWEPT precomputed
