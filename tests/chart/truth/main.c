@@ -7,7 +7,7 @@
 //   build/tests/chart/truth --list [--folder DIR]
 //       the cases, and which files are there; fails where one is missing or out of date
 //   build/tests/chart/truth --table [--folder DIR]
-//       what the files hold: a table in Markdown
+//       what the files hold: a table in Markdown; "no mesh" for a case whose mesh is not there
 //   build/tests/chart/truth --verify OUT.csv [--photons N] [--threads N]
 //       every layer of tests/common/walk_bench.h, and the rings; prints how far off they are in standard errors
 // CASE is a name as --list prints it, e.g. bunny-marble-50-front.
@@ -212,8 +212,7 @@ static int show_case(const chart_entry *entry, const settings *s)
     const int made = chart_case_create(entry, 1.0, &chart);
     if (made != 0)
     {
-        if (s->list)
-            printf("%-40s no mesh\n", name);
+        printf(s->list ? "%-40s no mesh\n" : "| %s | no mesh |\n", name);
         return made != CHART_LEFT_OUT;
     }
     const truth_status status = read_file(&chart, s, &t);
