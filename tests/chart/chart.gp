@@ -11,8 +11,8 @@ set output picture
 heading = "Speed against accuracy: a frame's time and the error of the method; dashed: the error of the dipole itself"
 set multiplot layout rows, columns title heading font "sans,14"
 set logscale xy
-set format y "%g"
-set format x "%.0e"
+set format y "1e%T"
+set format x "1e%T"
 set xlabel "relative L2 error of radiosity"
 set ylabel "frame, ms"
 set grid xtics ytics lt 1 lw 1 lc rgb "#e4e4e4"
@@ -35,7 +35,7 @@ do for [p = 1:panel_count] {
     do for [kind_at = 1:3] {
         m = model[3*(p - 1) + kind_at] + 0.0
         n = noise[3*(p - 1) + kind_at] + 0.0
-        if (m > 0) {
+        if (m > 0 && m < x_high) {
             set object rectangle from (m > 2*n ? m - n : m/2), graph 0 to m + n, graph 1 behind fillstyle solid 0.15 \
                 noborder fillcolor rgb shades[kind_at]
             set arrow from m, graph 0 to m, graph 1 nohead lw 1.5 dt 2 lc rgb shades[kind_at]

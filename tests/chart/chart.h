@@ -128,8 +128,8 @@ chart_settings chart_defaults(void);
 // The first line of chart.csv, without its end.
 extern const char chart_columns[];
 
-// Runs the methods on a case and writes a line each. What fails is said on stderr, and the rest goes on.
-// Returns 0; 1 where a run failed or nothing was measured.
+// Runs the methods on a case and writes a line for each run; none where all are left out. What fails is said on stderr,
+// and the rest goes on. Returns 0; 1 where something failed.
 int chart_measure(const chart_case *c, const chart_settings *s, FILE *csv);
 
 // The chart of one object: chart.csv, chart.svg and chart.md in a folder, which is made where it is not there, and the

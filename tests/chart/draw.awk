@@ -31,6 +31,7 @@ NR == 1 { column_names(); next }
 END {
     lists = work "/lists.gp"
     printf "panel_count = %d\ncurve_count = %d\n", case_count, curve_count > lists
+    printf "x_high = 1e%d\n", -floor(-x_high) > lists
     printf "set xrange [1e%d:1e%d]\nset yrange [1e%d:1e%d]\n", floor(x_low), -floor(-x_high), floor(y_low),
            -floor(-y_high) > lists
     printf "array panels[%d]\narray curves[%d]\narray model[%d]\narray noise[%d]\n", case_count, curve_count,

@@ -16,6 +16,9 @@ NR == 1 { column_names(); next }
     bytes[lines] = field("bytes")
     largest[lines] = field("rel_max")
     picture[lines] = field("image_rmse")
+    split(field("reference"), words, "quadrature to ")
+    split(words[2], words, " ")
+    near[lines] = error[lines] < 10 * words[1] ? "~" : ""
     predicted[lines] = parameter(parameters[lines], "predicted")
     if (!(name in about))
     {
@@ -41,7 +44,13 @@ END {
     print "Errors are relative L2 errors of radiosity against the converged integral of the method's own dipole. What"
     print "the dipole itself gets wrong stands above each table: its relative L2 error against a volumetric random"
     print "walk, converged, with one standard error of the walk. On the front (**bold**) is what no other run beats in"
-    print "both time and error; what is on it was made and timed twice: *lowest to highest* are the frames of both."
+    print "both time and error; what is on it was prepared and timed twice: *lowest to highest* are the frames of both."
+    print ""
+    print "Methods by distance only and those with guarded placed sources compute two different integrals: each error"
+    print "is against its own, and that they stand on one front says nothing about which of the two is nearer to"
+    print "nature; the model's errors do. A relative L2 error with a tilde is less than ten times what its reference"
+    print "may itself be off."
+    if (took != "") print "\nMeasured: " took "."
     print ""
     print "## The quickest frame within a tolerance"
     print ""
@@ -65,9 +74,10 @@ END {
         {
             l = line_of[name, i]
             mark = on_front(l) ? "**" : ""
-            printf "| %s%s%s | %s | %s%.4g%s | %.4g to %.4g | %s%.1e%s | %.1e | %s | %s | %.3g | %s | %.3g |\n", mark,
-                   method[l], mark, knob[l], mark, time[l], mark, low[l], high[l], mark, error[l], mark, largest[l],
-                   show(picture[l], "%.1e"), show(predicted[l], "%s"), precompute[l], show(rebuild[l], "%.3g"),
+            printf "| %s%s%s | %s | %s%.4g%s | %.4g to %.4g | %s%s%.1e%s | %.1e | ", mark, method[l], mark, knob[l],
+                   mark, time[l], mark, low[l], high[l], mark, near[l], error[l], mark, largest[l]
+            printf "%s | %s | %.3g | %s | %.3g |\n", show(picture[l], "%.1e"), show(predicted[l], "%s"),
+                   precompute[l], show(rebuild[l], "%.3g"),
                    bytes[l] / 1048576
         }
     }

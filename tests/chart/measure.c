@@ -6,7 +6,7 @@
 // frame_ms: what must be done again when the light changes; median of at least five frames. Where a frame would take
 // longer than S seconds, a frame computes every k-th vertex and the part that grows with the receivers counts k times:
 // `rows` in parameters says how many were computed. frame_low_ms, frame_high_ms: the quickest and the slowest of them;
-// what is on the Pareto front is made and timed again after all others, and all its frames count.
+// what is on the Pareto front is prepared and timed again after all others, and all its frames count.
 // rebuild_ms: what must be done besides when the vertices have moved.
 // image_rmse: of the picture against the one from the best method of that kind, in [0,1]; empty where a frame takes
 // longer than twenty times S. `predicted` in parameters is the relative L2 error that a method which measures itself
@@ -474,7 +474,7 @@ int chart_measure(const chart_case *c, const chart_settings *s, FILE *csv)
             write_line(b, &b->lines[i], csv);
         }
     }
-    failed = failed || b->line_count == 0 || fflush(csv) != 0;
+    failed = failed || fflush(csv) != 0;
     for (size_t m = 0; m < METHOD_COUNT; ++m)
     {
         if (methods[m]->forget && b->shared[m])

@@ -16,6 +16,7 @@ enum
 {
     SETS = 3,
     STORAGES = 3,
+    FLOATS = 2, // which of these the others are made from
     FLOATS_MAX = 1 << 27 // 512 MiB: what one set of directions may take
 };
 
@@ -27,17 +28,17 @@ static const struct
     const char *name;
 } storages[STORAGES] = {{SSS_HAO_REFERENCES, "references"}, {SSS_HAO_TABLE, "table"}, {SSS_HAO_FLOAT, "float"}};
 
-// The integrals of a case, as floats; NULL where there are none yet.
+// The integrals of a case; NULL where there are none yet. What is measured once more is not made once more, which
+// takes longer than all the rest.
 typedef struct integrals
 {
-    sss_hao *of[SETS];
-    double seconds[SETS]; // that they took
+    sss_hao *of[SETS][STORAGES];
+    double seconds[SETS][STORAGES]; // that they took, from nothing
 } integrals;
 
 typedef struct hao
 {
-    sss_hao *object;
-    sss_hao *owned;   // the object, but for floats
+    sss_hao *object;  // among the integrals
     sss_hao_stats stats;
     float *lighting;  // [lighting_count][3]
     float *radiosity; // [V][3]
@@ -46,9 +47,9 @@ typedef struct hao
 static void hao_forget(void *shared)
 {
     integrals *const all = (integrals *)shared;
-    for (int set = 0; set < SETS; ++set)
+    for (int i = 0; i < SETS * STORAGES; ++i)
     {
-        sss_hao_free(all->of[set]);
+        sss_hao_free(all->of[i / STORAGES][i % STORAGES]);
     }
     free(all);
 }
@@ -58,7 +59,6 @@ static void hao_release(chart_run *run)
     hao *const h = (hao *)run->state;
     if (h)
     {
-        sss_hao_free(h->owned);
         free(h->lighting);
         free(h->radiosity);
         free(h);
@@ -66,42 +66,41 @@ static void hao_release(chart_run *run)
     run->state = NULL;
 }
 
-// The case's floats, made where they are not there yet; NULL on failure.
-static sss_hao *floats(const chart_case *c, size_t set, chart_run *run)
+// The floats that the other storages are made from, or the others from them.
+static sss_result create(const chart_case *c, size_t set, size_t storage, integrals *all, const sss_hooks *hooks)
 {
     sss_hao_options options;
-    integrals *const all = *run->shared ? (integrals *)*run->shared : (integrals *)calloc(1, sizeof *all);
-    *run->shared = all;
-    if (!all || all->of[set])
-    {
-        run->shared_s = all ? all->seconds[set] : 0.0;
-        return all ? all->of[set] : NULL;
-    }
     memset(&options, 0, sizeof options);
-    options.storage = SSS_HAO_FLOAT;
+    options.storage = storages[storage].storage;
     options.directions = directions[set];
     options.no_shadows = 1;
-    const double start = test_seconds();
-    if (sss_hao_create(&c->view, &c->profile, &options, run->hooks, &all->of[set]) != SSS_OK)
+    return storage == FLOATS ? sss_hao_create(&c->view, &c->profile, &options, hooks, &all->of[set][storage])
+                             : sss_hao_compress(all->of[set][FLOATS], &c->view, &options, hooks,
+                                                &all->of[set][storage]);
+}
+
+// One of the case's objects, made where it is not there yet; run->shared_s is what the time of this call lacks of the
+// time from nothing. NULL on failure.
+static sss_hao *object_of(const chart_case *c, size_t set, size_t storage, chart_run *run)
+{
+    integrals *const all = *run->shared ? (integrals *)*run->shared : (integrals *)calloc(1, sizeof *all);
+    *run->shared = all;
+    if (!all || all->of[set][storage])
+    {
+        run->shared_s = all ? all->seconds[set][storage] : 0.0;
+        return all ? all->of[set][storage] : NULL;
+    }
+    if (storage != FLOATS && !object_of(c, set, FLOATS, run))
     {
         return NULL;
     }
-    all->seconds[set] = test_seconds() - start;
-    return all->of[set];
-}
-
-static int make(const chart_case *c, size_t set, size_t storage, hao *h, chart_run *run)
-{
-    sss_hao_options options;
-    sss_hao *const from = floats(c, set, run);
-    memset(&options, 0, sizeof options);
-    options.storage = storages[storage].storage;
-    h->object = from;
-    if (from && options.storage != SSS_HAO_FLOAT)
+    const double start = test_seconds();
+    if (create(c, set, storage, all, run->hooks) != SSS_OK)
     {
-        h->object = sss_hao_compress(from, &c->view, &options, run->hooks, &h->owned) == SSS_OK ? h->owned : NULL;
+        return NULL;
     }
-    return !h->object || sss_hao_get_stats(h->object, &h->stats) != SSS_OK;
+    all->seconds[set][storage] = test_seconds() - start + (storage == FLOATS ? 0.0 : all->seconds[set][FLOATS]);
+    return all->of[set][storage];
 }
 
 static int hao_prepare(const chart_case *c, size_t variant, chart_run *run)
@@ -113,7 +112,12 @@ static int hao_prepare(const chart_case *c, size_t variant, chart_run *run)
     }
     hao *const h = (hao *)calloc(1, sizeof *h);
     run->state = h;
-    if (!h || make(c, set, storage, h, run) != 0)
+    if (!h)
+    {
+        return 1;
+    }
+    h->object = object_of(c, set, storage, run);
+    if (!h->object || sss_hao_get_stats(h->object, &h->stats) != SSS_OK)
     {
         return 1;
     }
