@@ -95,10 +95,11 @@
 //     2 pi z/H with the source's height H over it, without a bound; there the relative error is 6e-8 z/H, from
 //     positions in float. sss_bem.h has a guard against it; this gather has none.
 //   * The ranking predicts. On the runs that it is fitted to no error is above its prediction, on others one may be;
-//     times are those of the chart's machine. tests/chart/choice (test_choice.sh) counts both, with and without each
-//     case in the fit, and choice.csv there has every choice. Scenes beyond the chart's set advice.extrapolated.
-//   * advice.model_error is of total reflectance, from half spaces and slabs: within a factor of two of the exact one
-//     on slabs of 1 and 10 mean free paths (tests/test_dipole.c); edges of light, curved thin parts are not in it.
+//     times are those of the chart's machine. tests/chart/choice has every choice (choice.csv) and how many keep the
+//     tolerance, and cost at most 1.5 times the cheapest, with and without each case in the fit (summary.csv). Scenes
+//     beyond the chart's set advice.extrapolated.
+//   * advice.model_error is an estimate: within a factor of two of the exact one for slabs of 1 and 10 mean free paths
+//     (tests/test_dipole.c), and within a factor of four of the random walk on the chart's cases (tests/chart/choice).
 //   * A mean free path below 1e-15 or above 1e15 of the diagonal is treated as that: a delta function, a constant.
 // ---- BEGIN measured by make stability (tests/stability/README.md says what the errors are; in brackets: sweep) ----
 //   * 10 % model error: distance, half space, eta 1: alpha' below 0.85; worst 36 % (half space n 1)
@@ -648,8 +649,8 @@ typedef struct sss_dipole_advice
     sss_dipole_choice ranking[SSS_DIPOLE_METHOD_COUNT];
     size_t ranking_count;     // at least 1, unless all are left out
     int extrapolated;         // 1: a size, mesh or material beyond the chart's; predictions are of its nearest
-    double model_error;       // predicted relative error of the dipole model itself: of the total reflectance, which no
-                              // method can make less; not in the ranking's errors
+    double model_error;       // predicted relative error of the dipole model itself, which no method can make less: of
+                              // total reflectance, slabs included, and of the profile; not in the ranking's errors
     char ranking_reason[240]; // one line, English: what ranking[0] is taken for
 } sss_dipole_advice;
 
@@ -4447,8 +4448,11 @@ static double sss_dipole__slab_ratio(double sigma, double z_r, double z_v, doubl
 }
 
 // Of both, as a root mean square over the channels, each with its radiosity's weight. thickness: as given, or the mean
-// one of a closed mesh, 2 volume/area, or else the size.
-static double sss_dipole__model_error(const sss_profile *p, const sss_dipole_scene *s)
+// one of a closed mesh, 2 volume/area, or else the size. Besides, the profile is off where light changes along the
+// surface: by a share of what scattering does there at all, which is Lambert's error. The share is what the chart's
+// random walk says of thick objects (model_l2 of tests/chart/chart.csv, bunny in marble and skim milk: 0.6 to 0.8).
+#define SSS_DIPOLE__PROFILE_SHARE 0.7
+static double sss_dipole__model_error(const sss_profile *p, const sss_dipole_scene *s, double lambert_error)
 {
     const double mean = s->volume_mm3 > 0.0 && s->area_mm2 > 0.0 ? 2.0 * s->volume_mm3 / s->area_mm2 : s->size_mm;
     const double thickness = s->thickness_mm > 0.0 ? s->thickness_mm : mean;
@@ -4465,7 +4469,7 @@ static double sss_dipole__model_error(const sss_profile *p, const sss_dipole_sce
             weight += R * R;
         }
     }
-    return weight > 0.0 ? sqrt(sum / weight) : 0.0;
+    return weight > 0.0 ? hypot(sqrt(sum / weight), SSS_DIPOLE__PROFILE_SHARE * lambert_error) : 0.0;
 }
 
 // ---- the ranking ----
@@ -4479,7 +4483,7 @@ enum
     SSS_DIPOLE__REBUILD,    // ms
     SSS_DIPOLE__BYTES,
     SSS_DIPOLE__QUANTITIES,
-    SSS_DIPOLE__FEATURES = 6
+    SSS_DIPOLE__FEATURES = 8
 };
 
 // A method with its knob, as the chart has run it. How errors depend on the features differs from knob to knob.
@@ -4497,86 +4501,86 @@ typedef struct sss_dipole__variant
 // Method, tolerance, density, directions, storage, then the scales of error, s, ms, ms and bytes;
 // below how its error leans.
 static const sss_dipole__variant sss_dipole__variants[] = {
-    {SSS_DIPOLE_METHOD_LAMBERT, 0, 1, 0, 0, {2.28e+00, 0.00e+00, 8.27e-05, 0.00e+00, 0.00e+00},
-     {0.000, 0.023, -0.052, 0.023, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_DIRECT, 0.0001, 1, 0, 0, {5.77e-01, 5.97e-07, 2.24e-06, 5.97e-04, 1.91e+02},
-     {0.000, -0.082, -0.101, -0.082, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_DIRECT, 0.001, 1, 0, 0, {9.04e-01, 5.75e-07, 1.80e-06, 5.75e-04, 1.91e+02},
-     {0.000, 0.026, -0.166, 0.026, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_DIRECT, 0.01, 1, 0, 0, {3.05e-01, 5.61e-07, 1.72e-06, 5.61e-04, 1.91e+02},
-     {0.000, 0.174, -0.011, 0.174, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 1, 0, 0, {7.99e-01, 5.43e-07, 1.84e-06, 5.43e-04, 4.64e+01},
-     {0.000, 0.364, 0.198, 0.364, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.25, 0, 0, {2.32e+00, 2.39e-06, 2.09e-06, 2.39e-03, 4.74e+01},
-     {0.000, -0.063, 0.002, -0.063, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.0625, 0, 0, {7.88e-01, 8.15e-07, 1.95e-06, 8.15e-04, 5.07e+01},
-     {0.000, -0.153, -0.121, -0.153, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.015625, 0, 0, {5.50e-01, 1.23e-06, 2.14e-06, 1.23e-03, 6.58e+01},
-     {0.000, -0.135, -0.164, -0.135, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_PLACED, 0.001, 1, 0, 0, {8.08e-01, 6.08e-07, 3.30e-06, 6.08e-04, 1.91e+02},
-     {0.000, 0.087, -0.232, 0.087, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_PLACED, 0.01, 1, 0, 0, {2.22e-01, 5.96e-07, 3.16e-06, 5.96e-04, 1.91e+02},
-     {0.000, 0.104, -0.192, 0.104, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM, 0.001, 1, 0, 0, {5.18e-01, 6.02e-06, 6.30e-03, 6.02e-03, 9.75e+02},
-     {0.000, -0.020, 0.054, -0.020, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM, 0.003, 1, 0, 0, {6.01e-01, 4.59e-06, 3.33e-03, 4.59e-03, 9.75e+02},
-     {0.000, 0.060, 0.037, 0.060, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM, 0.01, 1, 0, 0, {1.20e+00, 4.18e-06, 1.98e-03, 4.18e-03, 9.75e+02},
-     {0.000, 0.065, -0.099, 0.065, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM, 0.1, 1, 0, 0, {4.03e-01, 3.86e-06, 8.39e-04, 3.86e-03, 9.75e+02},
-     {0.000, -0.095, -0.017, -0.095, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.001, 1, 0, 0, {5.18e-01, 2.58e-05, 2.89e-03, 2.58e-02, 1.68e+04},
-     {0.000, -0.020, 0.054, -0.020, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.003, 1, 0, 0, {6.01e-01, 1.24e-05, 1.90e-03, 1.24e-02, 1.05e+04},
-     {0.000, 0.060, 0.037, 0.060, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.01, 1, 0, 0, {1.20e+00, 6.95e-06, 1.03e-03, 6.95e-03, 4.54e+03},
-     {0.000, 0.065, -0.099, 0.065, 0.000, 0.000}},
-    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.1, 1, 0, 0, {4.03e-01, 4.16e-06, 5.56e-04, 4.16e-03, 2.23e+03},
-     {0.000, -0.095, -0.017, -0.095, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_LAMBERT, 0, 1, 0, 0, {6.00e+00, 0.00e+00, 1.93e-04, 0.00e+00, 0.00e+00},
+     {0.000, 0.040, -0.094, 0.040, 0.003, 0.003, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.0001, 1, 0, 0, {1.69e+00, 4.31e-07, 1.41e-06, 4.31e-04, 1.91e+02},
+     {0.000, -0.135, 0.017, -0.135, 0.234, 0.234, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.001, 1, 0, 0, {8.45e+00, 4.16e-07, 1.14e-06, 4.16e-04, 1.91e+02},
+     {0.000, 0.152, -0.476, 0.152, 0.077, 0.077, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_DIRECT, 0.01, 1, 0, 0, {5.84e-01, 4.05e-07, 1.08e-06, 4.05e-04, 1.91e+02},
+     {0.000, 0.051, 0.293, 0.051, -0.303, -0.303, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 1, 0, 0, {1.17e+01, 1.22e-06, 8.69e-06, 1.22e-03, 4.64e+01},
+     {0.000, 0.289, 0.154, 0.289, -0.418, -0.418, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.25, 0, 0, {2.69e+01, 5.36e-06, 9.90e-06, 5.36e-03, 4.73e+01},
+     {0.000, -0.077, -0.187, -0.077, 0.196, 0.196, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.0625, 0, 0, {1.08e+01, 1.83e-06, 9.24e-06, 1.83e-03, 5.06e+01},
+     {0.000, -0.216, -0.198, -0.216, -0.104, -0.104, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_POINTS, 0.001, 0.015625, 0, 0, {3.22e+00, 2.75e-06, 1.01e-05, 2.75e-03, 6.57e+01},
+     {0.000, -0.266, 0.072, -0.266, -0.260, -0.260, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_PLACED, 0.001, 1, 0, 0, {1.90e+01, 1.92e-06, 4.87e-06, 1.92e-03, 1.91e+02},
+     {0.000, 0.086, -0.249, 0.086, 0.013, 0.013, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_PLACED, 0.01, 1, 0, 0, {6.57e+00, 1.88e-06, 4.67e-06, 1.88e-03, 1.91e+02},
+     {0.000, 0.055, -0.089, 0.055, 0.002, 0.002, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.001, 1, 0, 0, {1.80e+00, 5.99e-06, 1.41e-03, 5.99e-03, 9.75e+02},
+     {0.000, -0.140, 0.344, -0.140, -0.007, -0.007, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.003, 1, 0, 0, {4.83e+00, 4.57e-06, 7.48e-04, 4.57e-03, 9.75e+02},
+     {0.000, 0.071, 0.015, 0.071, -0.028, -0.028, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.01, 1, 0, 0, {3.63e+01, 4.16e-06, 4.44e-04, 4.16e-03, 9.75e+02},
+     {0.000, 0.267, -0.587, 0.267, -0.111, -0.111, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM, 0.1, 1, 0, 0, {1.82e+00, 3.84e-06, 1.88e-04, 3.84e-03, 9.75e+02},
+     {0.000, -0.112, 0.018, -0.112, 0.165, 0.165, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.001, 1, 0, 0, {1.80e+00, 9.01e-06, 1.95e-03, 9.01e-03, 3.77e+03},
+     {0.000, -0.140, 0.344, -0.140, -0.007, -0.007, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.003, 1, 0, 0, {4.83e+00, 4.32e-06, 1.28e-03, 4.32e-03, 2.36e+03},
+     {0.000, 0.071, 0.015, 0.071, -0.028, -0.028, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.01, 1, 0, 0, {3.63e+01, 2.43e-06, 6.91e-04, 2.43e-03, 1.02e+03},
+     {0.000, 0.267, -0.587, 0.267, -0.111, -0.111, 0.000, 0.000}},
+    {SSS_DIPOLE_METHOD_BEM_RENDER, 0.1, 1, 0, 0, {1.82e+00, 1.45e-06, 3.74e-04, 1.45e-03, 5.02e+02},
+     {0.000, -0.112, 0.018, -0.112, 0.165, 0.165, 0.000, 0.000}},
 };
 static const double sss_dipole__slopes[SSS_DIPOLE_METHOD_COUNT][SSS_DIPOLE__QUANTITIES][SSS_DIPOLE__FEATURES] = {
     // lambert
-    {{0.000, 0.062, -0.025, 0.062, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
-     {0.000, -0.037, -0.068, -0.037, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    {{0.000, 0.216, -0.405, 0.216, -0.022, -0.022, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.108, -0.422, 0.108, 0.030, 0.030, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
     // direct
-    {{0.000, 0.192, -0.241, 0.192, 0.000, 0.000},
-     {0.000, -0.047, 0.016, -0.047, 0.000, 0.000},
-     {0.000, -0.007, 0.016, -0.007, 0.000, 0.000},
-     {0.000, -0.047, 0.016, -0.047, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    {{0.000, 0.424, -0.801, 0.424, -0.260, -0.260, 0.000, 0.000},
+     {0.000, -0.098, 0.139, -0.098, 0.019, 0.019, 0.000, 0.000},
+     {0.000, -0.093, 0.221, -0.093, -0.049, -0.049, 0.000, 0.000},
+     {0.000, -0.098, 0.139, -0.098, 0.019, 0.019, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
     // direct-points
-    {{0.000, -0.422, -0.451, -0.422, 0.000, 0.000},
-     {0.000, 0.014, -0.088, 0.014, 0.000, 0.000},
-     {0.000, 0.029, -0.170, 0.029, 0.000, 0.000},
-     {0.000, 0.014, -0.088, 0.014, 0.000, 0.000},
-     {0.000, 0.004, 0.003, 0.004, 0.000, 0.000}},
+    {{0.000, 0.142, -1.550, 0.142, 0.440, 0.440, 0.000, 0.000},
+     {0.000, 0.154, -0.425, 0.154, 0.032, 0.032, 0.000, 0.000},
+     {0.000, 0.297, -0.819, 0.297, 0.059, 0.059, 0.000, 0.000},
+     {0.000, 0.154, -0.425, 0.154, 0.032, 0.032, 0.000, 0.000},
+     {0.000, 0.004, 0.004, 0.004, -0.001, -0.001, 0.000, 0.000}},
     // direct-placed
-    {{0.000, 0.491, -0.214, 0.491, 0.000, 0.000},
-     {0.000, -0.019, -0.076, -0.019, 0.000, 0.000},
-     {0.000, -0.053, -0.012, -0.053, 0.000, 0.000},
-     {0.000, -0.019, -0.076, -0.019, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    {{0.000, 1.032, -1.510, 1.032, -0.575, -0.575, 0.000, 0.000},
+     {0.000, 0.187, -0.573, 0.187, 0.088, 0.088, 0.000, 0.000},
+     {0.000, 0.035, -0.224, 0.035, 0.136, 0.136, 0.000, 0.000},
+     {0.000, 0.187, -0.573, 0.187, 0.088, 0.088, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
     // bem
-    {{0.000, -0.007, -0.040, -0.007, 0.000, 0.000},
-     {0.000, -0.060, 0.017, -0.060, 0.000, 0.000},
-     {0.000, -0.071, 0.189, -0.071, 0.000, 0.000},
-     {0.000, -0.060, 0.017, -0.060, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    {{0.000, 0.407, -1.035, 0.407, 0.318, 0.318, 0.000, 0.000},
+     {0.000, -0.050, -0.008, -0.050, 0.067, 0.067, 0.000, 0.000},
+     {0.000, -0.318, 0.787, -0.318, 0.005, 0.005, 0.000, 0.000},
+     {0.000, -0.050, -0.008, -0.050, 0.067, 0.067, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
     // bem-render
-    {{0.000, -0.007, -0.040, -0.007, 0.000, 0.000},
-     {0.000, -0.085, 0.155, -0.085, 0.000, 0.000},
-     {0.000, -0.073, 0.045, -0.073, 0.000, 0.000},
-     {0.000, -0.085, 0.155, -0.085, 0.000, 0.000},
-     {0.000, -0.110, 0.130, -0.110, 0.000, 0.000}},
+    {{0.000, 0.407, -1.035, 0.407, 0.318, 0.318, 0.000, 0.000},
+     {0.000, -0.251, 0.556, -0.251, 0.055, 0.055, 0.000, 0.000},
+     {0.000, -0.132, 0.187, -0.132, 0.041, 0.041, 0.000, 0.000},
+     {0.000, -0.251, 0.556, -0.251, 0.055, 0.055, 0.000, 0.000},
+     {0.000, -0.363, 0.739, -0.363, -0.022, -0.022, 0.000, 0.000}},
     // hao
-    {{0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
-     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
+    {{0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000},
+     {0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000, 0.000}},
 };
 static const double sss_dipole__ranges[4][2] = {{1.248, 1.248}, {-3.916, -0.398}, {0.864, 3.617}, {-0.358, 3.160}};
 // ---- END measured curves ----
@@ -4638,8 +4642,9 @@ static void sss_dipole__count_elements(const sss_dipole_scene *s, const sss_dipo
     t->size = s->size_mm;
 }
 
-// The features, ln of: V over ten thousand, edge over path, 1 + size sigma_tr, mean chord 4 volume/area over path; then
-// two that are 1 under distant light and under even light. Beyond what the chart has they stay at its border.
+// The features, ln of: V over ten thousand, edge over path, 1 + size sigma_tr, mean chord 4 volume/area over path; how
+// far the second and the fourth are from the middle of what the chart has, squared, 1 at its border; then two that are
+// 1 under distant light and under even light. Beyond what the chart has they stay at its border.
 static int sss_dipole__take_features(const sss_dipole_scene *s, double path, double sigma, sss_dipole__traits *t)
 {
     const double ball = s->area_mm2 * sqrt(s->area_mm2) / (6.0 * sqrt(SSS_DIPOLE__PI));
@@ -4649,13 +4654,19 @@ static int sss_dipole__take_features(const sss_dipole_scene *s, double path, dou
     t->feature[1] = log(t->h / path);
     t->feature[2] = log(1.0 + s->size_mm * sigma);
     t->feature[3] = log(chord / path);
-    t->feature[4] = s->lighting == SSS_DIPOLE_LIGHTING_DISTANT ? 1.0 : 0.0;
-    t->feature[5] = s->lighting == SSS_DIPOLE_LIGHTING_EVEN ? 1.0 : 0.0;
+    t->feature[6] = s->lighting == SSS_DIPOLE_LIGHTING_DISTANT ? 1.0 : 0.0;
+    t->feature[7] = s->lighting == SSS_DIPOLE_LIGHTING_EVEN ? 1.0 : 0.0;
     for (i = 0; i < 4; i++)
     {
         const double x = t->feature[i], *range = t->curves->ranges[i];
         t->feature[i] = sss_dipole__min(range[1], sss_dipole__max(range[0], x));
         beyond |= x < range[0] - SSS_DIPOLE__BORDER || x > range[1] + SSS_DIPOLE__BORDER;
+    }
+    for (i = 0; i < 2; i++)
+    {
+        const double *range = t->curves->ranges[2 * i + 1], half = 0.5 * (range[1] - range[0]);
+        const double u = half > 0.0 ? (t->feature[2 * i + 1] - range[0]) / half - 1.0 : 0.0;
+        t->feature[4 + i] = u * u;
     }
     return beyond;
 }
@@ -5040,7 +5051,7 @@ SSS_DIPOLE_API sss_result sss_dipole_needs(const sss_profile *profile, const sss
     }
     a.sample_count = s.area_mm2 / (0.25 * SSS_DIPOLE__SQRT3 * a.spacing_mm * a.spacing_mm);
     sss_dipole__decide(profile, &s, tolerance, &a);
-    a.model_error = sss_dipole__model_error(profile, scene);
+    a.model_error = sss_dipole__model_error(profile, scene, a.lambert_error);
     s.tolerance = tolerance;
     sss_dipole__rank(profile, &s, &measured, &a);
     *out = a;

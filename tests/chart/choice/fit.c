@@ -5,8 +5,9 @@ enum
     UNKNOWNS_MAX = VARIANTS_MAX + SSS_DIPOLE__FEATURES
 };
 
-static const double RIDGE = 1.0;    // a slope of 1 costs as much as a factor e at one run
-static const double LEAN_RIDGE = 1.0;
+// What a slope of 1 costs, in squared ln of one run; of a method, and of a knob. With ten times as much, cases that are
+// left out of the fit come out as well, and those that are in it worse.
+static const double RIDGE = 0.03, LEAN_RIDGE = 0.1;
 static const double ROUNDING = 1.01; // constants are printed with three digits: errors are rounded up
 
 int ranked_method(const measured_run *run)
@@ -161,14 +162,14 @@ static double measured_quantity(const measured_run *run, int quantity)
 // Only errors depend on the light.
 static int feature_count(int quantity)
 {
-    return quantity == SSS_DIPOLE__ERROR ? SSS_DIPOLE__FEATURES : 4;
+    return quantity == SSS_DIPOLE__ERROR ? SSS_DIPOLE__FEATURES : 6;
 }
 
 typedef struct observation
 {
     size_t variant;
     const double *feature;
-    double y; // ln(measured/law)
+    double y, value; // ln(measured/law), measured
 } observation;
 
 static int observe(const fitted *f, const sss_dipole__traits *traits, const measured_run *run, int quantity,
@@ -179,10 +180,17 @@ static int observe(const fitted *f, const sss_dipole__traits *traits, const meas
     const double value = measured_quantity(run, quantity);
     o->feature = traits[run->which].feature;
     o->y = law > 0.0 && value > 0.0 ? log(value / law) : 0.0;
+    o->value = value;
     return law > 0.0 && value > 0.0;
 }
 
-static void add(equations *s, size_t variant_count, int features, const observation *o)
+// An error beyond FAR counts less, since nobody asks how far beyond.
+static double weight_of(const observation *o, int quantity)
+{
+    return quantity == SSS_DIPOLE__ERROR && o->value > FAR ? pow(FAR / o->value, 2.0) : 1.0;
+}
+
+static void add(equations *s, size_t variant_count, int features, const observation *o, double weight)
 {
     double x[UNKNOWNS_MAX] = {0.0};
     x[o->variant] = 1.0;
@@ -191,9 +199,9 @@ static void add(equations *s, size_t variant_count, int features, const observat
     {
         for (size_t k = 0; k < s->n; ++k)
         {
-            s->a[i][k] += x[i] * x[k];
+            s->a[i][k] += weight * x[i] * x[k];
         }
-        s->b[i] += x[i] * o->y;
+        s->b[i] += weight * x[i] * o->y;
     }
 }
 
@@ -243,7 +251,7 @@ static void fit_lean(const measured *m, long without, const sss_dipole__traits *
         {
             o.y = left_over(f, &o, method, SSS_DIPOLE__ERROR);
             o.variant = 0;
-            add(&s, 1, SSS_DIPOLE__FEATURES, &o);
+            add(&s, 1, SSS_DIPOLE__FEATURES, &o, weight_of(&o, SSS_DIPOLE__ERROR));
         }
     }
     solve(&s);
@@ -260,7 +268,7 @@ static void measure_scatter(const measured *m, long without, const sss_dipole__t
     for (size_t i = 0; next(m, without, traits, method, quantity, f, &i, &o);)
     {
         const double left = left_over(f, &o, method, quantity);
-        worst[o.variant] = fmax(worst[o.variant], left);
+        worst[o.variant] = fmax(worst[o.variant], left + log(fmin(1.0, FAR / o.value)));
         sum += left * left;
         count += 1.0;
     }
@@ -290,7 +298,7 @@ static void fit_quantity(const measured *m, long without, const sss_dipole__trai
     }
     for (size_t i = 0; next(m, without, traits, method, quantity, f, &i, &o);)
     {
-        add(&s, f->variant_count, features, &o);
+        add(&s, f->variant_count, features, &o, weight_of(&o, quantity));
     }
     solve(&s);
     memcpy(f->slopes[method][quantity], s.b + f->variant_count, (size_t)features * sizeof(double));
@@ -345,6 +353,15 @@ static double rounded(double x)
     return round(1e3 * x) / 1e3 + 0.0;
 }
 
+static void print_row(const double row[SSS_DIPOLE__FEATURES])
+{
+    for (int k = 0; k < SSS_DIPOLE__FEATURES; ++k)
+    {
+        printf("%s%.3f", k == 0 ? "{" : ", ", rounded(row[k]));
+    }
+    printf("}");
+}
+
 static void print_variants(const fitted *f)
 {
     printf("// Method, tolerance, density, directions, storage, then the scales of error, s, ms, ms and bytes;\n"
@@ -353,11 +370,11 @@ static void print_variants(const fitted *f)
     for (size_t i = 0; i < f->variant_count; ++i)
     {
         const sss_dipole__variant *const v = &f->variants[i];
-        printf("    {SSS_DIPOLE_METHOD_%s, %g, %.6g, %d, %d, {%.2e, %.2e, %.2e, %.2e, %.2e},\n"
-               "     {%.3f, %.3f, %.3f, %.3f, %.3f, %.3f}},\n",
+        printf("    {SSS_DIPOLE_METHOD_%s, %g, %.6g, %d, %d, {%.2e, %.2e, %.2e, %.2e, %.2e},\n     ",
                identifiers[v->method], v->tolerance, v->density, v->directions, v->storage, v->scale[0], v->scale[1],
-               v->scale[2], v->scale[3], v->scale[4], rounded(v->lean[0]), rounded(v->lean[1]), rounded(v->lean[2]),
-               rounded(v->lean[3]), rounded(v->lean[4]), rounded(v->lean[5]));
+               v->scale[2], v->scale[3], v->scale[4]);
+        print_row(v->lean);
+        printf("},\n");
     }
     printf("};\n");
 }
@@ -371,10 +388,9 @@ static void print_slopes(const fitted *f)
         printf("    // %s\n", sss_dipole_method_name((sss_dipole_method)m));
         for (int q = 0; q < SSS_DIPOLE__QUANTITIES; ++q)
         {
-            const double *const s = f->slopes[m][q];
-            printf("    %s{%.3f, %.3f, %.3f, %.3f, %.3f, %.3f}%s,\n", q == 0 ? "{" : " ", rounded(s[0]), rounded(s[1]),
-                   rounded(s[2]), rounded(s[3]), rounded(s[4]), rounded(s[5]),
-                   q == SSS_DIPOLE__QUANTITIES - 1 ? "}" : "");
+            printf("    %s", q == 0 ? "{" : " ");
+            print_row(f->slopes[m][q]);
+            printf("%s,\n", q == SSS_DIPOLE__QUANTITIES - 1 ? "}" : "");
         }
     }
     printf("};\n");

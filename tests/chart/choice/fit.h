@@ -3,7 +3,8 @@
 // A quantity y (error, times, bytes) of a method is law x scale x exp(slopes . features): the law is what it is
 // proportional to by construction (sss_dipole__law), the scale belongs to the method's knob, the slopes to the method.
 // ln(y/law) is fitted by least squares, with a ridge on the slopes that holds them to the law, i.e. at 0, where the
-// runs do not say otherwise. The scale of an error is then raised until no run of that knob is above its prediction.
+// runs do not say otherwise. The scale of an error is then raised until no run of that knob is above its prediction;
+// beyond FAR an error is just large.
 
 #ifndef SSS_TESTS_CHART_CHOICE_FIT_H
 #define SSS_TESTS_CHART_CHOICE_FIT_H
@@ -14,6 +15,8 @@
 #include "../../../sss_dipole.h"
 
 #include "runs.h"
+
+static const double FAR = 0.3;
 
 enum
 {

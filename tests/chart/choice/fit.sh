@@ -1,8 +1,8 @@
 #!/bin/sh
 # Fits the curves of sss_dipole_needs to the chart.      tests/chart/choice/fit.sh [--write | --check] [CHART.csv]
 # Prints the lines between the markers "measured curves" of sss_dipole.h; --write puts them there, builds the choice
-# anew and writes choice.csv, what is then chosen; --check says whether they are there. build/tests/chart/choice must be
-# built.
+# anew and writes choice.csv, what is then chosen, and summary.csv; --check says whether they are there.
+# build/tests/chart/choice must be built.
 set -eu
 top=$(cd "$(dirname "$0")/../../.." && pwd)
 do=print
@@ -29,4 +29,5 @@ else
     cmp -s "$header" "$work/header" || cp "$work/header" "$header"
     make -s build/tests/chart/choice
     build/tests/chart/choice list "$csv" >tests/chart/choice/choice.csv
+    build/tests/chart/choice summary "$csv" >tests/chart/choice/summary.csv
 fi

@@ -1,8 +1,9 @@
 // What sss_dipole_needs chooses, held against every run of the chart.
-//   build/tests/chart/choice [CHART.csv] [TEST-NAME]   the bars; tests/chart/chart.csv if none is given
+//   build/tests/chart/choice [CHART.csv] [TEST-NAME]   the bars; another chart than the header's has its own fit
 //   build/tests/chart/choice fit CSV           prints the constants of sss_dipole.h (fit.sh writes them there)
 //   build/tests/chart/choice scatter CSV       how far the curves are from the runs
 //   build/tests/chart/choice list CSV          every choice, one a line: choice.csv
+//   build/tests/chart/choice summary CSV       how many meet the bars: summary.csv
 //   build/tests/chart/choice meshes FILE       writes what sss_dipole_measure says of the chart's meshes, of 1 mm
 //
 // The bars: for a still picture, for light that changes and for everything that changes, on every case and for
@@ -35,6 +36,14 @@ enum
 
 // ---- one choice ----
 
+static sss_dipole__curves header_curves(void)
+{
+    const sss_dipole__curves curves = {sss_dipole__variants,
+                                       sizeof sss_dipole__variants / sizeof sss_dipole__variants[0],
+                                       sss_dipole__slopes, sss_dipole__ranges};
+    return curves;
+}
+
 typedef struct verdict
 {
     const measured_run *chosen;   // NULL: not a run of the chart
@@ -51,36 +60,46 @@ static double cost_of(const measured_run *run, unsigned changes)
     return run->frame_ms + (changes == 0u ? 1e3 * run->precompute_s : changes & again ? run->rebuild_ms : 0.0);
 }
 
-// What the chart has not run on a case cannot be chosen there: the light, say, is not what a method can express.
-static unsigned methods_left_out(const measured *m, size_t which)
+// What the chart has not run on a case cannot be chosen there: the light is not one that a method can express, or its
+// integrals would take more memory than the chart allows itself.
+static size_t variants_run(const measured *m, size_t which, const sss_dipole__curves *curves,
+                           sss_dipole__variant out[VARIANTS_MAX])
 {
-    unsigned present = 0u;
-    for (size_t i = 0; i < m->run_count; ++i)
+    size_t count = 0;
+    for (size_t v = 0; v < curves->variant_count; ++v)
     {
-        present |= m->runs[i].which == which ? 1u << ranked_method(&m->runs[i]) : 0u;
+        int found = 0;
+        for (size_t i = 0; i < m->run_count; ++i)
+        {
+            found |= m->runs[i].which == which && is_variant(&m->runs[i], &curves->variants[v]);
+        }
+        if (found)
+        {
+            out[count++] = curves->variants[v];
+        }
     }
-    return ~present & ((1u << SSS_DIPOLE_METHOD_COUNT) - 1u);
+    return count;
 }
 
-// curves: NULL for the header's own.
+// What sss_dipole_needs ranks first, of the variants that there are. curves: NULL for the header's own.
 static int choose(const measured *m, size_t which, double tolerance, unsigned changes,
                   const sss_dipole__curves *curves, sss_dipole_choice *out)
 {
+    static sss_dipole__variant there[VARIANTS_MAX];
+    sss_dipole__curves of_case = curves ? *curves : header_curves();
     sss_dipole_scene scene = m->cases[which].scene;
     sss_dipole_advice advice;
     memset(&advice, 0, sizeof advice);
     scene.tolerance = tolerance;
     scene.changes = changes;
-    scene.left_out = methods_left_out(m, which);
     if (sss_dipole_needs(&m->cases[which].profile, &scene, &advice) != SSS_OK)
     {
         return 1;
     }
-    if (curves)
-    {
-        advice.ranking_count = 0;
-        sss_dipole__rank(&m->cases[which].profile, &scene, curves, &advice);
-    }
+    of_case.variant_count = variants_run(m, which, &of_case, there);
+    of_case.variants = there;
+    advice.ranking_count = 0;
+    sss_dipole__rank(&m->cases[which].profile, &scene, &of_case, &advice);
     *out = advice.ranking[0];
     return advice.ranking_count == 0;
 }
@@ -175,7 +194,15 @@ static void tally(const verdict *v, counts *n)
     n->dearest = v->within ? fmax(n->dearest, v->cost / v->least) : n->dearest;
 }
 
-static void count_scenario(const measured *m, size_t scenario, const fitted *without_each, int list, counts *n)
+typedef enum listing
+{
+    NOTHING,
+    MISSES,
+    EVERYTHING
+} listing;
+
+// f: curves, `stride` further for each case; NULL for the header's own. Prints what it is told to.
+static void count_scenario(const measured *m, size_t scenario, const fitted *f, size_t stride, listing list, counts *n)
 {
     memset(n, 0, sizeof *n);
     for (size_t c = 0; c < m->case_count; ++c)
@@ -184,15 +211,16 @@ static void count_scenario(const measured *m, size_t scenario, const fitted *wit
         {
             verdict v;
             sss_dipole__curves curves;
-            if (without_each)
+            if (f)
             {
-                curves = fitted_curves(&without_each[c]);
+                curves = fitted_curves(&f[c * stride]);
             }
-            judge(m, c, tolerances[t], scenarios[scenario].changes, without_each ? &curves : NULL, &v);
+            judge(m, c, tolerances[t], scenarios[scenario].changes, f ? &curves : NULL, &v);
             tally(&v, n);
-            if (list || (v.cheapest && (!v.within || !v.cheap)))
+            if (list == EVERYTHING || (list == MISSES && v.cheapest && (!v.within || !v.cheap)))
             {
-                print_verdict(list ? "" : "    ", &m->cases[c], tolerances[t], scenarios[scenario].name, &v);
+                print_verdict(list == EVERYTHING ? "" : "    ", &m->cases[c], tolerances[t], scenarios[scenario].name,
+                              &v);
             }
         }
     }
@@ -201,6 +229,7 @@ static void count_scenario(const measured *m, size_t scenario, const fitted *wit
 // ---- the tests ----
 
 static measured chart;
+static const fitted *other_chart; // curves fitted to it, where it is not the one of the header; else NULL
 
 static int read_chart(const char *path, measured *m)
 {
@@ -258,6 +287,8 @@ static void the_meshes_are_the_charts(void)
 static void the_header_has_the_fitted_constants(void)
 {   // Oracle: the fit itself, of the chart that is committed; three digits of it, which fit.sh --write puts there.
     static fitted f;
+    if (other_chart)
+        SKIP("another chart");
     if (!CHECK_EQUAL(fit_curves(&chart, CASES_ALL, &f), 0))
         return;
     const size_t variants = sizeof sss_dipole__variants / sizeof sss_dipole__variants[0];
@@ -289,9 +320,7 @@ static void the_header_has_the_fitted_constants(void)
 
 static void no_error_is_above_its_prediction(void)
 {   // Oracle: every run of the chart that can be ranked.
-    const sss_dipole__curves curves = {sss_dipole__variants,
-                                       sizeof sss_dipole__variants / sizeof sss_dipole__variants[0],
-                                       sss_dipole__slopes, sss_dipole__ranges};
+    const sss_dipole__curves curves = other_chart ? fitted_curves(other_chart) : header_curves();
     double worst = 0.0, sum = 0.0;
     size_t n = 0;
     for (size_t i = 0; i < chart.run_count; ++i)
@@ -301,7 +330,7 @@ static void no_error_is_above_its_prediction(void)
             if (is_variant(run, &curves.variants[k]))
             {
                 const double predicted = predicted_quantity(&chart.cases[run->which], &curves, k, SSS_DIPOLE__ERROR);
-                worst = fmax(worst, run->rel_l2 / predicted);
+                worst = fmax(worst, fmin(run->rel_l2, FAR) / predicted);
                 sum += log(predicted / run->rel_l2);
                 ++n;
             }
@@ -312,12 +341,35 @@ static void no_error_is_above_its_prediction(void)
     CHECK_BELOW(worst, 1.0);
 }
 
-static void check_bars(const fitted *without_each, const double regression[SCENARIOS][3])
+static void the_models_error_is_told_apart(void)
+{   // Oracle: the random walk, where the chart has it: least over the methods of each case. A factor of four is what
+    // LIMITS says.
+    double most = 0.0, least = HUGE_VAL;
+    size_t n = 0;
+    for (size_t c = 0; c < chart.case_count; ++c)
+    {
+        sss_dipole_advice a;
+        const measured_case *const k = &chart.cases[c];
+        if (!(k->model_l2 > 0.0) || sss_dipole_needs(&k->profile, &k->scene, &a) != SSS_OK)
+            continue;
+        test_note("%s: predicted %.3g, measured %.3g", k->name, a.model_error, k->model_l2);
+        most = fmax(most, a.model_error / k->model_l2);
+        least = fmin(least, a.model_error / k->model_l2);
+        ++n;
+    }
+    if (n == 0)
+        SKIP("the chart has no model errors");
+    test_note("predicted over measured: %.2g to %.2g on %zu cases", least, most, n);
+    CHECK_BETWEEN(least, 0.25, 4.0);
+    CHECK_BETWEEN(most, 0.25, 4.0);
+}
+
+static void check_bars(const fitted *f, size_t stride, const double regression[SCENARIOS][3])
 {
     for (size_t s = 0; s < SCENARIOS; ++s)
     {
         counts n;
-        count_scenario(&chart, s, without_each, 0, &n);
+        count_scenario(&chart, s, f, stride, MISSES, &n);
         const double asked = (double)n.asked;
         test_about("%s", scenarios[s].name);
         test_note("%zu choices: %zu within the tolerance, %zu at most %.1f times as dear as the cheapest, %zu both, "
@@ -335,19 +387,19 @@ static void check_bars(const fitted *without_each, const double regression[SCENA
 
 static void the_choice_meets_its_bars(void)
 {   // Oracle: every run of the chart.
-    static const double regression[SCENARIOS][3] = {{1.0, 0.5, 0.0}, {1.0, 0.5, 0.0}, {1.0, 0.5, 0.0}};
-    check_bars(NULL, regression);
+    static const double regression[SCENARIOS][3] = {{0.97, 0.75, 0.3}, {0.97, 0.75, 0.3}, {0.97, 0.7, 0.3}};
+    check_bars(other_chart, 0, regression);
 }
 
 static void on_cases_that_the_fit_has_not_seen(void)
 {   // Oracle: as above; each case is chosen for by curves that are fitted to the others.
-    static const double regression[SCENARIOS][3] = {{0.5, 0.3, 0.0}, {0.5, 0.3, 0.0}, {0.5, 0.3, 0.0}};
+    static const double regression[SCENARIOS][3] = {{0.7, 0.6, 0.2}, {0.7, 0.6, 0.2}, {0.7, 0.6, 0.2}};
     fitted *const f = (fitted *)calloc(chart.case_count, sizeof *f);
     int failed = f == NULL;
     for (size_t c = 0; c < chart.case_count && !failed; ++c)
         failed = fit_curves(&chart, (long)c, &f[c]);
     if (CHECK(!failed))
-        check_bars(f, regression);
+        check_bars(f, 1, regression);
     free(f);
 }
 
@@ -417,6 +469,34 @@ static int run_scatter(const char *path)
     return failed;
 }
 
+// Both counts, as they stand in summary.csv.
+static int run_summary(const char *path)
+{
+    measured m;
+    if (read_chart(path, &m) != 0)
+    {
+        return 1;
+    }
+    fitted *const f = (fitted *)calloc(m.case_count, sizeof *f);
+    int failed = f == NULL;
+    for (size_t c = 0; c < m.case_count && !failed; ++c)
+    {
+        failed = fit_curves(&m, (long)c, &f[c]);
+    }
+    printf("scenario,fitted_to,choices,within_tolerance,within_1.5_of_cheapest,both,dearest,lambert_enough,"
+           "no_more_than_lambert\n");
+    for (size_t k = 0; k < 2 * SCENARIOS && !failed; ++k)
+    {
+        counts n;
+        count_scenario(&m, k / 2, k % 2 ? f : NULL, 1, NOTHING, &n);
+        printf("%s,%s,%zu,%zu,%zu,%zu,%.3g,%zu,%zu\n", scenarios[k / 2].name, k % 2 ? "the other cases" : "all cases",
+               n.asked, n.within, n.cheap, n.both, n.dearest, n.lambert, n.lambert_kept);
+    }
+    free(f);
+    measured_free(&m);
+    return failed;
+}
+
 static int run_list(const char *path)
 {
     measured m;
@@ -429,7 +509,7 @@ static int run_list(const char *path)
     for (size_t s = 0; s < SCENARIOS; ++s)
     {
         counts n;
-        count_scenario(&m, s, NULL, 1, &n);
+        count_scenario(&m, s, NULL, 0, EVERYTHING, &n);
     }
     measured_free(&m);
     return 0;
@@ -438,13 +518,15 @@ static int run_list(const char *path)
 int main(int argc, char **argv)
 {
     static const test_case tests[] = {TEST(the_meshes_are_the_charts), TEST(the_header_has_the_fitted_constants),
-                                      TEST(no_error_is_above_its_prediction), TEST(the_choice_meets_its_bars),
+                                      TEST(no_error_is_above_its_prediction),
+                                      TEST(the_models_error_is_told_apart), TEST(the_choice_meets_its_bars),
                                       TEST(on_cases_that_the_fit_has_not_seen)};
     const struct
     {
         const char *name;
         int (*run)(const char *path);
-    } commands[] = {{"fit", run_fit}, {"scatter", run_scatter}, {"list", run_list}, {"meshes", run_meshes}};
+    } commands[] = {{"fit", run_fit}, {"scatter", run_scatter}, {"list", run_list}, {"summary", run_summary},
+                    {"meshes", run_meshes}};
     for (size_t i = 0; i < sizeof commands / sizeof commands[0]; ++i)
     {
         if (argc == 3 && strcmp(argv[1], commands[i].name) == 0)
@@ -459,6 +541,12 @@ int main(int argc, char **argv)
     }
     if (path != CHART)
     {
+        static fitted f;
+        if (fit_curves(&chart, CASES_ALL, &f) != 0)
+        {
+            return 1;
+        }
+        other_chart = &f;
         --argc;
         ++argv;
     }

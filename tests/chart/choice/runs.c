@@ -144,7 +144,11 @@ static void complete_case(const table *t, const measured_run *run, measured_case
     {
         s->spacing_mm = spacing;
     }
-    c->model_l2 = number(t, "model_l2", c->model_l2);
+    const double error = number(t, "model_l2", -1.0);
+    if (error > 0.0 && strncmp(run->method, "lambert", 7) != 0 && !(c->model_l2 > 0.0 && c->model_l2 < error))
+    {
+        c->model_l2 = error;
+    }
 }
 
 // Of a mesh that is not known, area and spacing follow from each other.

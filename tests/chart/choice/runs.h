@@ -26,7 +26,7 @@ typedef struct measured_case
     char mesh[32], material[32], light[32];
     sss_profile profile;
     sss_dipole_scene scene; // without tolerance and what changes
-    double model_l2;        // error of the model against the random walk; negative: not measured
+    double model_l2;        // of the model against the random walk, the least of all methods; negative: none
 } measured_case;
 
 typedef struct measured
