@@ -7,7 +7,7 @@
 cd "$(dirname "$0")/../../.." || exit 1
 program=build/tests/chart/truth
 here=tests/chart/truth
-anisotropic="bunny-marble-50-front bunny-skimmilk-50-front leaf-skin1-50-behind sphere-ketchup-20-side"
+anisotropic="bunny-skimmilk-50-front leaf-skin1-50-behind sphere-ketchup-20-side"
 
 # How many rows of verify.csv lie within 2 and within 4 standard errors + 0.1 % (rings: MCML's 0.3 %, case H 0.5 %, and
 # both errors), and the mean and the mean square of the differences in standard errors.
