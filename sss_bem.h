@@ -67,8 +67,9 @@
 //     bunny's vertices at 10 mm, 4 to 9 % at 50 mm, below 1 % at 200 mm: folds and thin parts, where the shade is a
 //     guess.
 //   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.9 %, but for
-//     the fingers at gaps of 2 and 4 with 1.3 and 1.5 % (predicted as 1.5 and 2.1 %). Single vertices may be off by several times as much:
-//     by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the worst of the bunny's.
+//     the fingers at gaps of 2 and 4 with 1.3 and 1.5 % (predicted as 1.5 and 2.1 %). Single vertices may be off by
+//     several times as much: by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the
+//     worst of the bunny's.
 //   * Positions are floats over the diagonal: a mean free path below a millionth of it loses digits, and
 //     stats.predicted_error grows as 1e-9 of the diagonal over the path. Rounding may leave B of dark vertices at -1e-6
 //     of the largest.

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Every figure, and every table of README.md and of the READMEs under tests/, from the files that make chart, make truth,
-# make mertens and make stability left; then the pictures, which the examples draw.      tests/figures.sh
+# Every figure, and every table of README.md and of the READMEs under tests/, from the files that make chart, make
+# truth, make mertens and make stability left; then the pictures, which the examples draw.      tests/figures.sh
 set -eu
 cd "$(dirname "$0")/.."
 sh tests/chart/draw.sh tests/chart/chart.csv tests/chart/chart.svg tests/chart/chart.png

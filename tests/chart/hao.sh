@@ -4,7 +4,7 @@
 # figure5.csv, figure9.csv, numbers.csv, table1.csv, bars.csv, README.md with the tables beside the paper's, figure5.png
 # and figure9.png. The default folder is tests/chart/hao. --quick: to see that it runs. --dragon: the paper's dragon,
 # too, which takes minutes. SSS_MODELS: the folder with horse_14k_v.glb, ../shared/models if unset. What is named
-# (figure5, table1 ...) is measured anew; the rest of the folder stays as it is. --draw in first place: measures nothing.
+# (figure5, table1 ...) is measured anew; the rest of the folder stays as it is. --draw in first place measures nothing.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 top=$here/../..

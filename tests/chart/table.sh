@@ -1,6 +1,6 @@
 #!/bin/sh
-# The tables of README.md from chart.csv: every run on the bunny at 50 mm in marble, lit from the front; and which header
-# is the cheapest within a tolerance, by what changes.
+# The tables of README.md from chart.csv: every run on the bunny at 50 mm in marble, lit from the front; and which
+# header is the cheapest within a tolerance, by what changes.
 #   tests/chart/table.sh           prints them
 #   tests/chart/table.sh --write   puts them into README.md between their markers
 #   tests/chart/table.sh --check   fails if README.md has others
