@@ -1125,6 +1125,7 @@ static int write_chart(bake *b)
                     .size_mm = b->size_mm, .profile = b->profile, .material = b->material};
     chart_settings s = chart_defaults();
     chart_mesh_name(b->o.in, name);
+    snprintf(c.name, sizeof c.name, "%s", name);
     s.threads = b->o.threads;
     s.receivers = b->o.reference > 0 ? (size_t)b->o.reference : s.receivers;
     s.log = stderr;
