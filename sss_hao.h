@@ -97,6 +97,7 @@
 //     near side, takes most of them: 1.5 % of B between distances 120 and 16 mm (tests/test_hao.c).
 //   * options.range below the size of the triangles nearby reaches as far as these do.
 //   * Slivers a ten-thousandth as wide as long, in a medium whose mean free path lies between, cost 10 ms a vertex.
+//   * stats.predicted_error is a mean over lights, not a bound: single lights exceed it, most of all where they graze.
 // ---- BEGIN measured by make stability (tests/stability/README.md says what the errors are; in brackets: sweep) ----
 //   * 10 % beside diffusion in a slab: lit face, alpha' 0.9: thickness no limit from 2 to 8 mean free paths; worst 5 %
 //     (slab front 0.9)
