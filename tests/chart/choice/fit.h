@@ -16,7 +16,7 @@
 
 #include "runs.h"
 
-static const double FAR = 0.3;
+static const double FAR = 0.15; // half as much again as the loosest tolerance of the bars
 
 enum
 {
