@@ -1304,7 +1304,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "no OpenGL context: %s\n0 passed, 1 failed\n", error);
         return 1;
     }
-    printf("OpenGL %s\n", gl_context_description(g_context));
+    fprintf(stderr, "OpenGL %s\n", gl_context_description(g_context));
     make_environment(gl_context_functions(g_context));
     const int status = test_main(argc, argv, "glsl", tests, sizeof tests / sizeof *tests);
     gl_context_free(g_context);
