@@ -63,8 +63,8 @@ typedef struct walk_options
     size_t batches;           // 0: 32; independent samples that give the standard errors, at least 16
     uint64_t seed;
     const sss_hooks *hooks;   // parallel_for, or NULL: serial; the result does not depend on it
-    uint64_t scatterings_max; // 0: no limit; a photon that reaches it ends, its weight counts as cut (a bias, stated), as
-                              // does one that is reflected 10000 times without being scattered
+    uint64_t scatterings_max; // 0: no limit; a photon that reaches it ends, its weight counts as cut (a bias, stated),
+                              // as does one that is reflected 10000 times without being scattered
     const uint32_t *patches;  // [T] patch of each triangle, or NULL: no patches
     size_t patch_count;
     walk_exit exit;           // or NULL
