@@ -12,8 +12,8 @@ for threads in 1 3; do
         { cat "$work/said"; job "a case is made on $threads threads" false; }
 done
 job "the number of threads changes no byte" "cmp $work/1/cube-skin1-20-edge.csv $work/3/cube-skin1-20-edge.csv"
-# Two estimates: the squares of their differences add up to what their standard errors say. (Not one by one: a patch that
-# no photon left says that its error is 0.)
+# Two estimates: the squares of their differences add up to what their standard errors say. (Not one by one: a patch
+# that no photon left says that its error is 0.)
 job "a file of few photons agrees with the committed one" "
     awk -F, '!/^#/ && FNR > 4 { for (k = 6; k <= 8; k++)
                  if (NR == FNR) { B[\$1, k] = \$k; s[\$1, k] = \$(k + 3) }
