@@ -41,7 +41,7 @@ build() # compiler: all programs, as many at a time as jobs.sh would; what they 
     objects=$out/common-$compiler
     rm -rf "$objects" "$out/libtests-$compiler.a"
     mkdir "$objects"
-    printf '%s\n' tests/common/*.c | xargs -P "${SSS_JOBS:-$(nproc)}" -I SOURCE sh -c '
+    printf '%s\n' tests/common/*.c examples/common/threads.c | xargs -P "${SSS_JOBS:-$(nproc)}" -I SOURCE sh -c '
         $compiler -std=c99 -O1 $flags -I. -c SOURCE -o "$1/$(basename SOURCE .c).o"' sh "$objects" \
         >"$work/common-$compiler.log" 2>&1 && ar rcs "$out/libtests-$compiler.a" "$objects"/*.o
     printf '%s\n' $sources | xargs -P "${SSS_JOBS:-$(nproc)}" -I SOURCE sh -c '
