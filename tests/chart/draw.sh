@@ -16,5 +16,7 @@ for picture in "$@"; do
     gnuplot -e "work='$work'; picture='$work/picture'; kind='${picture##*.}'" "$here/chart.gp"
     [ -s "$work/picture" ] || { echo "draw.sh: gnuplot drew nothing" >&2; exit 1; }
     mkdir -p "$(dirname "$picture")"
+    # Curves are titled after their files: where these lay is nobody's business, and differs from run to run.
+    case $picture in *.svg) sed -i "s#$work/##g" "$work/picture" ;; esac
     mv "$work/picture" "$picture"
 done
