@@ -119,17 +119,6 @@ static sss_atlas_options options_of(size_t size, sss_atlas_method method)
 
 static const char *const method_names[3] = {"orthographic", "area", "convex"};
 
-// A closed sphere without double vertices.
-static int closed_sphere(int levels, double radius, mesh_data *out)
-{
-    mesh_data octants;
-    if (mesh_sphere(levels, radius, &octants) != 0)
-        return 1;
-    const int result = mesh_weld(&octants, out);
-    mesh_free(&octants);
-    return result;
-}
-
 // A closed torus, on which no direction sees all of a part.
 static void torus_point(double s, double t, double out[3])
 {
@@ -180,7 +169,9 @@ static const char *const small_names[SMALL_MESHES] = {"sphere", "torus", "thinne
 
 static int small_mesh(int which, mesh_data *out)
 {
-    return which == 0 ? closed_sphere(4, 1.0, out) : which == 1 ? closed_torus(48, 24, out) : thinned_bunny(20.0, out);
+    return which == 0   ? mesh_closed_sphere(4, 1.0, out)
+           : which == 1 ? closed_torus(48, 24, out)
+                        : thinned_bunny(20.0, out);
 }
 
 static const size_t small_sizes[3] = {96, 256, 333};
@@ -559,7 +550,7 @@ static void a_wrong_partition_is_caught(void)
     mesh_data mesh;
     fixture f;
     const sss_atlas_options o = options_of(128, SSS_ATLAS_ORTHOGRAPHIC);
-    if (closed_sphere(4, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
+    if (mesh_closed_sphere(4, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
         test_note("no atlas of the sphere");
         CHECK(0);
@@ -1775,7 +1766,7 @@ static void seams_cannot_be_seen(void)
             mesh_data mesh;
             fixture f;
             const sss_atlas_options o = options_of(sizes[i], (sss_atlas_method)which);
-            if ((which == 0 ? closed_sphere(5, 1.0, &mesh) : closed_torus(120, 60, &mesh)) != 0)
+            if ((which == 0 ? mesh_closed_sphere(5, 1.0, &mesh) : closed_torus(120, 60, &mesh)) != 0)
                 continue;
             test_about("%s, %s, size %zu", small_names[which], method_names[which], sizes[i]);
             if (!CHECK_EQUAL(fixture_make(&f, &mesh, &o, NULL), 0))
@@ -1799,7 +1790,7 @@ static void seams_without_borders_are_seen(void)
     fixture f;
     sss_atlas_options o = options_of(256, SSS_ATLAS_ORTHOGRAPHIC);
     o.border = -1;
-    if (closed_sphere(5, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
+    if (mesh_closed_sphere(5, 1.0, &mesh) != 0 || fixture_make(&f, &mesh, &o, NULL) != 0)
     {
         test_note("no atlas of the sphere");
         CHECK(0);
@@ -2566,7 +2557,7 @@ static void bad_meshes_are_refused(void)
 {   // Oracle: the declarations.
     mesh_data mesh;
     const sss_result invalid = SSS_ERROR_INVALID_ARGUMENT;
-    if (closed_sphere(2, 1.0, &mesh) != 0)
+    if (mesh_closed_sphere(2, 1.0, &mesh) != 0)
         SKIP("out of memory");
     const sss_mesh good = mesh_view(&mesh, 10.0);
     const sss_atlas_options o = options_of(64, SSS_ATLAS_ORTHOGRAPHIC);
@@ -2630,7 +2621,7 @@ static void bad_options_are_refused(void)
     const size_t counts[4] = {offsetof(sss_atlas_options, border), offsetof(sss_atlas_options, gutter),
                               offsetof(sss_atlas_options, corners), offsetof(sss_atlas_options, rotations)};
     static const int wrong[4][3] = {{65, 1000, 2147483647}, {129, -1, 2147483647}, {65, 2, -1}, {65, -1, 2147483647}};
-    if (closed_sphere(2, 1.0, &mesh) != 0)
+    if (mesh_closed_sphere(2, 1.0, &mesh) != 0)
         SKIP("out of memory");
     const sss_mesh view = mesh_view(&mesh, 10.0);
     for (size_t field = 0; field < 4; ++field)
@@ -3032,7 +3023,7 @@ static void scales_of_every_kind(void)
         mesh_data m;
         char name[64];
         const sss_atlas_options o = options_of(128, (sss_atlas_method)(i % 3));
-        if (closed_sphere(3, 1.0, &m) != 0)
+        if (mesh_closed_sphere(3, 1.0, &m) != 0)
             continue;
         mesh_transform(&m, scales[i], nowhere);
         (void)snprintf(name, sizeof name, "scale %g, unit %g", scales[i], units[i]);
@@ -3055,7 +3046,7 @@ static void scales_of_every_kind(void)
         }
         fixture_free(&f);
     }
-    if (closed_sphere(4, 1.0, &m) == 0)
+    if (mesh_closed_sphere(4, 1.0, &m) == 0)
     {
         mesh_transform(&m, 1.0, away);
         CHECK(survives(&m, &o, 10.0, 2.0, "4096 away"));

@@ -74,14 +74,10 @@ static double cpu_seconds(void)
 
 // ---- Meshes ----
 
-// A closed sphere without double vertices, with the sphere's own normals.
+// A closed sphere with the sphere's own normals.
 static int closed_sphere(int levels, double radius, mesh_data *out)
 {
-    mesh_data octants;
-    if (mesh_sphere(levels, radius, &octants) != 0)
-        return 1;
-    const int result = mesh_weld(&octants, out);
-    mesh_free(&octants);
+    const int result = mesh_closed_sphere(levels, radius, out);
     for (size_t i = 0; result == 0 && i < 3 * out->vertex_count; ++i)
         out->normals[i] = (float)((double)out->positions[i] / radius);
     return result;
@@ -111,30 +107,10 @@ static int closed_torus(int n, int m, mesh_data *out)
 // One mesh behind the other; both are freed.
 static int join(mesh_data *to, mesh_data *from)
 {
-    const size_t V = to->vertex_count + from->vertex_count, T = to->triangle_count + from->triangle_count;
-    float *p = (float *)malloc(6 * V * sizeof *p), *n = p + 3 * V;
-    uint32_t *t = (uint32_t *)malloc(3 * T * sizeof *t);
-    int result = p == NULL || t == NULL;
-    mesh_data sum;
-    if (!result)
-    {
-        memcpy(p, to->positions, 3 * to->vertex_count * sizeof *p);
-        memcpy(p + 3 * to->vertex_count, from->positions, 3 * from->vertex_count * sizeof *p);
-        memcpy(n, to->normals, 3 * to->vertex_count * sizeof *p);
-        memcpy(n + 3 * to->vertex_count, from->normals, 3 * from->vertex_count * sizeof *p);
-        memcpy(t, to->triangles, 3 * to->triangle_count * sizeof *t);
-        for (size_t i = 0; i < 3 * from->triangle_count; ++i)
-            t[3 * to->triangle_count + i] = from->triangles[i] + (uint32_t)to->vertex_count;
-        result = mesh_make(p, V, t, T, &sum);
-    }
-    if (!result)
-        memcpy(sum.normals, n, 3 * V * sizeof *n);
-    mesh_free(to);
+    const int result = mesh_append(to, from);
     mesh_free(from);
-    free(p);
-    free(t);
-    if (!result)
-        *to = sum;
+    if (result)
+        mesh_free(to);
     return result;
 }
 

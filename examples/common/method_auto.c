@@ -5,11 +5,7 @@
 
 #include "methods.h"
 
-static const double TOLERANCE = 1e-2;     // where the job has none, as in sss_dipole_scene
-static const double BEM_TIGHTEST = 1e-4;  // tolerance, see sss_bem_options
-
-// As sss_hao_storage has them.
-static const char *const storages[] = {"references", "harmonics", "table", "float", "vectors"};
+static const double TOLERANCE = 1e-2; // where the job has none, as in sss_dipole_scene
 
 // Of the ranking, what can be run as one of the other methods, with its knob. NULL where that is not so.
 static const char *take_choice(const sss_dipole_choice *c, method_job *job)
@@ -30,7 +26,7 @@ static const char *take_choice(const sss_dipole_choice *c, method_job *job)
     case SSS_DIPOLE_METHOD_BEM: return "bem";
     case SSS_DIPOLE_METHOD_HAO:
         job->hao.directions = c->directions;
-        job->hao.storage = storages[c->storage];
+        job->hao.storage = method_hao_storage_name(c->storage);
         return "hao";
     default: return NULL;
     }
@@ -65,7 +61,7 @@ static int run_choice(const sss_dipole_choice *c, const method_job *job, double 
             say(job, result, one.tolerance, wanted);
         }
         one.tolerance *= 0.5;
-    } while (status == 0 && bem && result->predicted_error > wanted && one.tolerance >= BEM_TIGHTEST);
+    } while (status == 0 && bem && result->predicted_error > wanted && one.tolerance >= METHOD_BEM_TIGHTEST);
     return status;
 }
 

@@ -54,6 +54,16 @@ static int check(const run *r, const char *what, sss_result result)
     return result == SSS_OK ? 0 : -1;
 }
 
+const char *method_hao_storage_name(int storage)
+{
+    const char *name = "";
+    for (size_t i = 0; i < sizeof storages / sizeof storages[0]; ++i)
+    {
+        name = storage == (int)storages[i].storage ? storages[i].name : name;
+    }
+    return name;
+}
+
 int method_hao_storage(const char *name)
 {
     for (size_t i = 0; i < sizeof storages / sizeof storages[0]; ++i)
@@ -276,18 +286,13 @@ static void report(const run *r, const sss_hao_stats *s, double relight_ms, meth
 {
     static const char *const quadratures[] = {"triangles", "vertices", "other vertices"};
     static const char *const weights[] = {"fitted", "barycentric"};
-    const char *storage = "";
-    for (size_t i = 0; i < sizeof storages / sizeof storages[0]; ++i)
-    {
-        storage = s->storage == storages[i].storage ? storages[i].name : storage;
-    }
     const int length = snprintf(result->parameters, sizeof result->parameters,
              "geometry=distance\nstorage=%s\nweights=%s\nquadrature=%s\ntolerance=%g\nrange_mm=%g\ndirections=%zu\n"
              "reference_points=%zu\nreference_triangles=%zu\norder=%zu\nbytes_per_vertex=%.2f\nbytes_vertices=%zu\n"
              "bytes_references=%zu\nbytes_tables=%zu\npeak_bytes=%zu\n",
-             storage, weights[s->weights], quadratures[s->quadrature], s->tolerance, s->range, s->directions,
-             s->reference_count, s->reference_triangle_count, s->order, s->bytes_per_vertex, s->bytes_vertices,
-             s->bytes_references, s->bytes_tables, s->peak_bytes);
+             method_hao_storage_name(s->storage), weights[s->weights], quadratures[s->quadrature], s->tolerance,
+             s->range, s->directions, s->reference_count, s->reference_triangle_count, s->order, s->bytes_per_vertex,
+             s->bytes_vertices, s->bytes_references, s->bytes_tables, s->peak_bytes);
     snprintf(result->parameters + length, sizeof result->parameters - (size_t)length,
              "sum_error=%.3g\ninterpolation_error=%.3g\nstorage_error=%.3g\nsnr_db=%.2f\ntruncated_energy=%.3g\n"
              "truncated_worst=%.3g\ninside_out=%d\ninteractions=%.0f\nlights_summed=%zu\nrelight_ms=%.3f\ncache=%s\n",

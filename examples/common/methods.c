@@ -165,8 +165,6 @@ enum
     MOST_LINK_BYTES = 1 << 30 // links beyond this are not made just for a report
 };
 
-static const double BEM_TIGHTEST = 1e-4; // tolerance, see sss_bem_options
-
 static void report_bem(const sss_bem_stats *s, double relight_ms, method_result *result)
 {
     static const char *const paths[] = {"auto", "portable", "avx2", "avx512"};
@@ -241,10 +239,10 @@ static int run_bem(const method_job *job, float *radiosity, method_result *resul
     const sss_hooks hooks = services_hooks(&s);
     const sss_bem_options options = {.tolerance = job->tolerance, .guard = job->guard};
     sss_bem *bem = NULL;
-    if (job->tolerance > 0.0 && job->tolerance < BEM_TIGHTEST)
+    if (job->tolerance > 0.0 && job->tolerance < METHOD_BEM_TIGHTEST)
     {
         snprintf(error_text, error_size, "bem: a tolerance of %g is below its least, %g; --method direct has it",
-                 job->tolerance, BEM_TIGHTEST);
+                 job->tolerance, METHOD_BEM_TIGHTEST);
         return -1;
     }
     const double start = services_seconds();

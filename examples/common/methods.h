@@ -74,6 +74,11 @@ const char *method_geometry(const char *name);
 // Whether method_hao knows this storage.
 int method_hao_storage(const char *name);
 
+// The name of a sss_hao_storage; "" for others.
+const char *method_hao_storage_name(int storage);
+
+#define METHOD_BEM_TIGHTEST 1e-4 // tolerance of bem, see sss_bem_options
+
 // "direct, lambert, ...": one line of help a method, the index-th of them; NULL behind the last.
 const char *method_help(size_t index);
 

@@ -134,24 +134,12 @@ static int make_box(const double size[3], const size_t cells[3], mesh_data *out)
     return failed;
 }
 
-static int make_sphere(int levels, mesh_data *out)
-{
-    mesh_data octants;
-    if (mesh_sphere(levels, 0.5, &octants) != 0)
-    {
-        return 1;
-    }
-    const int failed = mesh_weld(&octants, out);
-    mesh_free(&octants);
-    return failed;
-}
-
 // An ear: a sphere flattened to a shell whose thickness is nearly the same up to a round rim, then bent along both
 // axes.
 static int make_leaf(int levels, mesh_data *out)
 {
     static const double LENGTH = 1.0, WIDTH = 0.66, THICKNESS = 0.04, BEND = 0.55, CUP = 0.5; // radii of curvature
-    if (make_sphere(levels, out) != 0)
+    if (mesh_closed_sphere(levels, 0.5, out) != 0)
     {
         return 1;
     }
@@ -207,7 +195,7 @@ int chart_mesh(const char *name, double thin, mesh_data *out)
     }
     if (strcmp(name, "sphere") == 0)
     {
-        return make_sphere(levels > 2 ? levels : 2, out);
+        return mesh_closed_sphere(levels > 2 ? levels : 2, 0.5, out);
     }
     if (strcmp(name, "slab") == 0)
     {
