@@ -1196,7 +1196,7 @@ static void the_reference_is_as_good_as_is_said_here(void)
 }
 
 static void bunny_agrees_with_the_reference(void)
-{   // Oracle: the converged reference with the same guard, 16 vertices by area. The whole bunny, in both materials of
+{   // Oracle: the converged reference with the same guard, 64 vertices by area. The whole bunny, in both materials of
     // the bars and at their three sizes, at the tightest tolerance: the rows that hold those vertices, and these
     // vertices gathered. What is coarser follows in errors_are_predicted.
     for (int m = 0; m < 2; ++m)
@@ -1231,7 +1231,7 @@ static void bunny_agrees_with_the_reference(void)
 }
 
 static void shadow_edges_and_no_guard(void)
-{   // Oracle: the converged reference, 16 vertices by area. A hard shadow across the bunny, with the guard; and the
+{   // Oracle: the converged reference, 64 vertices by area. A hard shadow across the bunny, with the guard; and the
     // light of the test before without any guard against the reference without, spikes included.
     for (int k = 0; k < 4; ++k)
     {

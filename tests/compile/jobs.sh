@@ -3,7 +3,8 @@
 #   job "what holds" 'command'        the check passes when the command succeeds
 #   job_fails "what must not" 'command' ['text']   passes when it fails; its output must contain the text
 #   skip "what" "why"
-#   jobs_end                          runs all, prints each with its output where it failed, then 'N passed, N failed'
+#   jobs_end                          runs all, prints each with its output where it failed and its seconds where it
+#                                     took ten or more, then 'N passed, N failed'
 # $work is an empty folder, removed at the end; $headers are the sss_*.h; WARN the flags of every compilation.
 
 WARN="-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
@@ -38,13 +39,16 @@ jobs_end()
 {
     export work
     seq 1 "$job_count" | xargs -P "${SSS_JOBS:-$(nproc)}" -I N sh -c \
-        'sh "$work/jobs/N.command" >"$work/jobs/N.out" 2>&1 </dev/null; echo $? >"$work/jobs/N.status"'
+        'start=$(date +%s)
+         sh "$work/jobs/N.command" >"$work/jobs/N.out" 2>&1 </dev/null; echo $? >"$work/jobs/N.status"
+         echo $(($(date +%s) - start)) >"$work/jobs/N.seconds"'
     passed=0 failed=0 n=1
     while [ $n -le $job_count ]; do
         label=$(cat "$work/jobs/$n.label")
         if [ "$(cat "$work/jobs/$n.status" 2>/dev/null)" = 0 ]; then
             passed=$((passed + 1))
-            echo "  ok    $label"
+            seconds=$(cat "$work/jobs/$n.seconds")
+            [ "$seconds" -lt 10 ] && echo "  ok    $label" || echo "  ok    $label ($seconds s)"
             sed -n 's/^note: /        /p' "$work/jobs/$n.out"
         else
             failed=$((failed + 1))

@@ -30,19 +30,32 @@ for header in $headers; do quick_start "$header" >"$work/$(lower "$header")-quic
 
 # ---- C ----
 
-# With the optimiser, README.md's own command aside, once with each machine's gcc: test_compile.sh has it find warnings.
+# README.md's programs run here, built by every compiler; QUICK STARTs, with the same implementations and less to do,
+# also on other machines, optimised once with each machine's gcc: test_compile.sh has it find warnings.
+others() # name, source
+{
+    job "$1: is there, a whole program of at most 40 lines" \
+        "lines=\$(sed -e :a -e '/^\n*\$/{\$d;N;ba' -e '}' '$2' | wc -l); echo \"note: \$lines lines\"
+         grep -q 'int main' '$2' && [ \$lines -le 40 ]"
+    if echo 'int main(void) { return 0; }' | gcc -m32 -xc - -o "$work/probe32" 2>/dev/null; then
+        job "$1: in 32 bit" "gcc -m32 -std=c99 -O1 $WARN -I. '$2' -o '$work/$1-32' -lm &&
+            cd '$work' && timeout 120 '$work/$1-32' >/dev/null"
+    else skip "$1: in 32 bit" "gcc -m32 finds no libraries"
+    fi
+    if have aarch64-linux-gnu-gcc && have qemu-aarch64; then
+        job "$1: on 64-bit ARM under qemu" "
+            aarch64-linux-gnu-gcc -std=c99 -O1 $WARN -I. '$2' -o '$work/$1-arm' -lm &&
+            cd '$work' && timeout 300 qemu-aarch64 -L /usr/aarch64-linux-gnu '$work/$1-arm' >/dev/null"
+    else skip "$1: on 64-bit ARM" "no cross compiler or qemu"
+    fi
+}
 programs=0
 for source in "$work"/readme-*.c "$work"/*-quick.c; do
     [ -e "$source" ] || continue
     name=$(basename "$source" .c)
     case $name in
-        *-quick)
-            level=-O1
-            job "$name: is there, a whole program of at most 40 lines" \
-                "lines=\$(sed -e :a -e '/^\n*\$/{\$d;N;ba' -e '}' '$source' | wc -l); echo \"note: \$lines lines\"
-                 grep -q 'int main' '$source' && [ \$lines -le 40 ]" ;;
-        *)  level=-O0 # the same implementations
-            job "$name: is a whole program" "grep -q 'int main' '$source'" ;;
+        *-quick) others "$name" "$source" ;;
+        *) job "$name: is a whole program" "grep -q 'int main' '$source'" ;;
     esac
     programs=$((programs + 1))
     for compiler in "gcc -std=c99 -O1" "clang -std=c99 -O0" "g++ -std=c++11 -O0 -xc++" \
@@ -53,17 +66,6 @@ for source in "$work"/readme-*.c "$work"/*-quick.c; do
             $compiler $WARN -I. '$source' -o '$program' -lm &&
             cd '$work' && timeout 120 '$program' >'$program.said' && [ -s '$program.said' ]"
     done
-    if echo 'int main(void) { return 0; }' | gcc -m32 -xc - -o "$work/probe32" 2>/dev/null; then
-        job "$name: in 32 bit" "gcc -m32 -std=c99 $level $WARN -I. '$source' -o '$work/$name-32' -lm &&
-            cd '$work' && timeout 120 '$work/$name-32' >/dev/null"
-    else skip "$name: in 32 bit" "gcc -m32 finds no libraries"
-    fi
-    if have aarch64-linux-gnu-gcc && have qemu-aarch64; then
-        job "$name: on 64-bit ARM under qemu" "
-            aarch64-linux-gnu-gcc -std=c99 $level $WARN -I. '$source' -o '$work/$name-arm' -lm &&
-            cd '$work' && timeout 300 qemu-aarch64 -L /usr/aarch64-linux-gnu '$work/$name-arm' >/dev/null"
-    else skip "$name: on 64-bit ARM" "no cross compiler or qemu"
-    fi
 done
 job "README.md has C code, and every header a QUICK START" \
     "[ $programs -gt $(echo "$headers" | wc -l) ]"

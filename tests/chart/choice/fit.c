@@ -2,12 +2,13 @@
 
 enum
 {
-    UNKNOWNS_MAX = VARIANTS_MAX + SSS_DIPOLE__FEATURES
+    UNKNOWNS_MAX = VARIANTS_MAX + SSS_DIPOLE__FEATURES,
+    EXPECTILE_ROUNDS = 13
 };
 
-// What a slope of 1 costs, in squared ln of one run; of a method, and of a knob. With ten times as much, cases that are
-// left out of the fit come out as well, and those that are in it worse.
-static const double RIDGE = 0.03, LEAN_RIDGE = 0.1;
+// What a slope of 1 costs, in squared ln of one run; of a method, and of a knob. How many times an error above a knob's
+// fit counts as much as one below. Chosen by what becomes of cases that are left out of the fit.
+static const double RIDGE = 0.03, LEAN_RIDGE = 0.1, ABOVE = 3.0;
 static const double ROUNDING = 1.01; // constants are printed with three digits: errors are rounded up
 
 int ranked_method(const measured_run *run)
@@ -233,30 +234,49 @@ static int next(const measured *m, long without, const sss_dipole__traits *trait
     return 0;
 }
 
-// How a knob's errors lean away from those of its method: the same fit, to what is left.
+// What a knob's own scale and lean add, for one observation.
+static double leaning(const double solution[1 + SSS_DIPOLE__FEATURES], const observation *o)
+{
+    double sum = solution[0];
+    for (int k = 0; k < SSS_DIPOLE__FEATURES; ++k)
+    {
+        sum += solution[1 + k] * o->feature[k];
+    }
+    return sum;
+}
+
+// How a knob's errors lean away from those of its method: a fit to what is left of them. Since the run that lies
+// farthest above the fit raises the predictions of all (measure_scatter), those above count more: expectiles (Newey and
+// Powell 1987), by weighted least squares, again and again.
 static void fit_lean(const measured *m, long without, const sss_dipole__traits *traits, int method, size_t variant,
                      fitted *f)
 {
     static equations s;
+    double solution[1 + SSS_DIPOLE__FEATURES] = {HUGE_VAL}; // nothing lies above
     observation o;
-    memset(&s, 0, sizeof s);
-    s.n = 1 + SSS_DIPOLE__FEATURES;
-    for (size_t k = 0; k < s.n; ++k)
+    for (int round = 0; round < EXPECTILE_ROUNDS; ++round)
     {
-        s.a[k][k] = k == 0 ? 1e-12 : LEAN_RIDGE;
-    }
-    for (size_t i = 0; next(m, without, traits, method, SSS_DIPOLE__ERROR, f, &i, &o);)
-    {
-        if (o.variant == variant)
+        memset(&s, 0, sizeof s);
+        s.n = 1 + SSS_DIPOLE__FEATURES;
+        for (size_t k = 0; k < s.n; ++k)
         {
-            o.y = left_over(f, &o, method, SSS_DIPOLE__ERROR);
-            o.variant = 0;
-            add(&s, 1, SSS_DIPOLE__FEATURES, &o, weight_of(&o, SSS_DIPOLE__ERROR));
+            s.a[k][k] = k == 0 ? 1e-12 : LEAN_RIDGE;
         }
+        for (size_t i = 0; next(m, without, traits, method, SSS_DIPOLE__ERROR, f, &i, &o);)
+        {
+            if (o.variant == variant)
+            {
+                const double weight = weight_of(&o, SSS_DIPOLE__ERROR);
+                o.y = left_over(f, &o, method, SSS_DIPOLE__ERROR);
+                o.variant = 0;
+                add(&s, 1, SSS_DIPOLE__FEATURES, &o, o.y > leaning(solution, &o) ? ABOVE * weight : weight);
+            }
+        }
+        solve(&s);
+        memcpy(solution, s.b, sizeof solution);
     }
-    solve(&s);
-    f->variants[variant].scale[SSS_DIPOLE__ERROR] *= exp(s.b[0]);
-    memcpy(f->variants[variant].lean, s.b + 1, sizeof f->variants[variant].lean);
+    f->variants[variant].scale[SSS_DIPOLE__ERROR] *= exp(solution[0]);
+    memcpy(f->variants[variant].lean, solution + 1, sizeof f->variants[variant].lean);
 }
 
 // The scatter that is left, and what raises errors over all of it.
