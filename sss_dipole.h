@@ -95,10 +95,10 @@
 //     2 pi z/H with the source's height H over it, without a bound; there the relative error is 6e-8 z/H, from
 //     positions in float. sss_bem.h has a guard against it; this gather has none.
 //   * The ranking predicts. On the runs that it is fitted to no error up to 15 % is above its prediction (beyond, it is
-//     only known to be large), on others one may be; times are those of the chart's machine. Of 240 choices on the
-//     chart all keep the tolerance, and 186 cost at most 1.5 times the cheapest that does; with their case left out of
-//     the fit 217 and 182 (tests/chart/choice: summary.csv; every choice: choice.csv). Scenes beyond the chart's set
-//     advice.extrapolated.
+//     only known to be large), on others one may be; times are those of the chart's machine. Scenes beyond the chart's
+//     set advice.extrapolated.
+// ---- BEGIN measured choices: tests/chart/choice/fit.sh --write makes these lines from summary.csv ----
+// ---- END measured choices ----
 //   * advice.model_error is an estimate: within a factor of two of the exact one for slabs of 1 and 10 mean free paths
 //     (tests/test_dipole.c), and 0.6 to 2.9 times the random walk's on the chart's cases, save under light from all
 //     around, which makes up for what slabs lose: up to 7.2 times (tests/chart/choice).

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Fits the curves of sss_dipole_needs to the chart.      tests/chart/choice/fit.sh [--write | --check] [CHART.csv]
 # Prints the lines between the markers "measured curves" of sss_dipole.h; --write puts them there, builds the choice
-# anew and writes choice.csv, what is then chosen, and summary.csv; --check says whether they are there.
+# anew and writes choice.csv, what is then chosen, summary.csv, and what LIMITS says of it ("measured choices"); --check
+# says whether both are there.
 # build/tests/chart/choice must be built.
 set -eu
 top=$(cd "$(dirname "$0")/../../.." && pwd)
@@ -18,16 +19,45 @@ if [ $do = print ]; then
     cat "$work/curves"
     exit
 fi
-awk -v curves="$work/curves" '
-    /^\/\/ ---- END measured curves ----/ { inside = 0; ends++ }
-    !inside
-    /^\/\/ ---- BEGIN measured curves/ { inside = 1; begins++; while ((getline line < curves) > 0) print line }
-    END { exit begins != 1 || ends != 1 }' "$header" >"$work/header" || { echo "$header: no markers" >&2; exit 1; }
+# The header with FILE between its markers "measured WHAT".
+put() # what, file, header
+{
+    awk -v what="$1" -v file="$2" '
+        index($0, "// ---- END measured " what) == 1 { inside = 0; ends++ }
+        !inside
+        index($0, "// ---- BEGIN measured " what) == 1 {
+            inside = 1
+            begins++
+            while ((getline line < file) > 0) print line
+        }
+        END { exit begins != 1 || ends != 1 }' "$3" || { echo "$header: no markers of measured $1" >&2; exit 1; }
+}
+
+# What LIMITS says of the choices, from summary.csv.
+choices()
+{
+    awk -F, 'NR > 1 { asked[$2] += $3; within[$2] += $4; cheap[$2] += $5 }
+        END {
+            all = "all cases"
+            others = "the other cases"
+            printf "//   * Of %d choices on the chart (tests/chart/choice: summary.csv; every choice: choice.csv)\n", asked[all]
+            printf "//     %d keep the tolerance, and %d cost at most 1.5 times the cheapest that does. With their\n",
+                   within[all], cheap[all]
+            printf "//     case left out of the fit %d and %d do.\n", within[others], cheap[others]
+        }' tests/chart/choice/summary.csv
+}
+
+put curves "$work/curves" "$header" >"$work/header"
 if [ $do = --check ]; then
-    diff "$header" "$work/header"
+    choices >"$work/choices"
+    put choices "$work/choices" "$work/header" >"$work/whole"
+    diff "$header" "$work/whole"
 else
     cmp -s "$header" "$work/header" || cp "$work/header" "$header"
     make -s build/tests/chart/choice
     build/tests/chart/choice list "$csv" >tests/chart/choice/choice.csv
     build/tests/chart/choice summary "$csv" >tests/chart/choice/summary.csv
+    choices >"$work/choices"
+    put choices "$work/choices" "$header" >"$work/whole"
+    cmp -s "$header" "$work/whole" || cp "$work/whole" "$header"
 fi
