@@ -64,8 +64,7 @@ for csv in $out/chart.csv tests/chart/chart.csv; do
         }
         END { exit bad || n < 2 }' $csv"
 done
-# sss_bem_predict_error promises an error that is never below the true one; where it is, on any mesh, that is a bar
-# missed, held to half of it.
+# On any mesh the error that sss_bem_predict_error predicts is not below the true one.
 ratios() # file
 {
     awk -F, -f tests/chart/front.awk -f /dev/stdin "$1" <<'END'
@@ -77,10 +76,10 @@ field("method") == "bem" && parameter(field("parameters"), "predicted") != "" {
 END
 }
 ratios tests/chart/chart.csv >"$work/ratios"
-awk '$1 < 1 { print "MISSED  bem: error predicted over error measured, " $2 " " $3 " " $4 ": bar 1, got " $1 }' \
-    "$work/ratios"
-job "no error is twice what bem predicts, in any case of the committed chart" "
-    awk '\$1 < 0.5 { print; bad = 1 } END { exit bad || NR < 10 }' $work/ratios"
+job "no error is above what bem predicts, in any case of the committed chart" "
+    awk '\$1 < 1 { print; bad = 1 } END { exit bad || NR < 10 }' $work/ratios"
+job "sss_dipole.h has the curves fitted to chart.csv, and says what the choices come to" "
+    sh tests/chart/choice/fit.sh --check"
 
 # Parts of it.
 job "METHOD measures those methods alone, and leaves out what hao cannot light" "

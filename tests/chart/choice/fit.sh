@@ -40,7 +40,8 @@ choices()
         END {
             all = "all cases"
             others = "the other cases"
-            printf "//   * Of %d choices on the chart (tests/chart/choice: summary.csv; every choice: choice.csv)\n", asked[all]
+            printf "//   * Of %d choices on the chart (tests/chart/choice: summary.csv; every choice: choice.csv)\n",
+                   asked[all]
             printf "//     %d keep the tolerance, and %d cost at most 1.5 times the cheapest that does. With their\n",
                    within[all], cheap[all]
             printf "//     case left out of the fit %d and %d do.\n", within[others], cheap[others]
