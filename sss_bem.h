@@ -67,7 +67,7 @@
 //     bunny's vertices at 10 mm, 4 to 9 % at 50 mm, below 1 % at 200 mm: folds and thin parts, where the shade is a
 //     guess.
 //   * The tolerance is aimed at, for the relative L2 error of all vertices: the sweeps at 1 % stay below 0.9 %, but for
-//     the fingers at gaps of 2 and 4 with 1.3 and 1.5 % (predicted as 1.5 and 2.1 %). Single vertices may be off by
+//     the fingers at gaps of 2 and 4 with 1.3 and 1.5 % (predicted as 1.4 and 2.1 %). Single vertices may be off by
 //     several times as much: by up to 2 % of the largest B at the 200 vertices of the chart (rel_max), by 4 % at the
 //     worst of the bunny's.
 //   * Positions are floats over the diagonal: a mean free path below a millionth of it loses digits, and
@@ -394,9 +394,9 @@ SSS_BEM_API sss_result sss_bem_render(const sss_bem *bem, float *radiosity);
 SSS_BEM_API void sss_bem_unlink(sss_bem *bem);
 
 // Measures the error on `count` vertices (0: 4,096), in whole rows spread over the mesh and weighted by area, for the
-// present light, against the same sums at a tenth of the tolerance and 1e-3 at most; stats.predicted_error then holds it
-// with its margin. Costs about count/V of a frame at that tolerance. Contribution oracle only; errors as sss_bem_shade.
-// error may be NULL.
+// present light, against the same sums at a tenth of the tolerance and 1e-3 at most; stats.predicted_error then holds
+// it with its margin. Costs about count/V of a frame at that tolerance. Contribution oracle only; errors as
+// sss_bem_shade. error may be NULL.
 SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double *error);
 
 // ---- 4. Looking inside ----
@@ -6754,8 +6754,8 @@ SSS_BEM_API sss_result sss_bem_update(sss_bem *bem, size_t budget, size_t *pendi
 
 // ---- prediction of the error ----
 
-// More than twice what was measured, because errors have long tails and a sample may miss the worst (on the chart's cases
-// it showed 0.48 to 2.04 times the error of all vertices); and what floats and the strict run itself may add.
+// More than twice what was measured, because errors have long tails and a sample may miss the worst (on the chart's
+// cases it showed 0.48 to 2.04 times the error of all vertices); and what floats and the strict run itself may add.
 static double sss_bem__margin(double measured, double tolerance)
 {
     return 2.25 * measured + 0.02 * tolerance;
