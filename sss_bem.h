@@ -6806,8 +6806,8 @@ SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double 
     strict = (sss_bem *)sss_bem__allocate(&bem->hooks, 1, sizeof *strict);
     stops = (sss_bem__stop *)sss_bem__allocate(&bem->hooks, bem->node_count, sizeof *stops);
     area = (float *)sss_bem__allocate(&bem->hooks, bem->vertex_count, sizeof *area);
-    ready = sss_bem__allocate_trial(&trial, bem, count == 0 ? SSS_BEM__PREDICTION_VERTICES : count) && strict != NULL
-            && stops != NULL && area != NULL;
+    count = count == 0 ? (size_t)SSS_BEM__PREDICTION_VERTICES : count;
+    ready = sss_bem__allocate_trial(&trial, bem, count) && strict != NULL && stops != NULL && area != NULL;
     if (ready)
     {
         sss_bem__vertex_areas(bem, area);
