@@ -395,8 +395,8 @@ SSS_BEM_API void sss_bem_unlink(sss_bem *bem);
 
 // Measures the error on `count` vertices (0: 4,096), in whole rows spread over the mesh and weighted by area, for the
 // present light, against the same sums at a tenth of the tolerance and 1e-3 at most; stats.predicted_error then holds
-// it with its margin. Costs about count/V of a frame at that tolerance. Contribution oracle only; errors as
-// sss_bem_shade. error may be NULL.
+// it with its margin. Costs 6 to 9 count/V of a frame. Contribution oracle only; errors as sss_bem_shade. error may be
+// NULL.
 SSS_BEM_API sss_result sss_bem_predict_error(sss_bem *bem, size_t count, double *error);
 
 // ---- 4. Looking inside ----
