@@ -6772,22 +6772,15 @@ enum
 // The share of each vertex in the surface, a third of its triangles.   area [V]
 static void sss_bem__vertex_areas(const sss_bem *b, float *area)
 {
-    size_t t;
-    int i;
+    size_t i;
+    int k;
     memset(area, 0, b->vertex_count * sizeof *area);
-    for (t = 0; t < b->triangle_count; t++)
+    for (i = 0; i < b->node_count; i++)
     {
-        const uint32_t *v = b->triangle + 3 * t;
-        double e[3], f[3], cross[3];
-        for (i = 0; i < 3; i++)
+        const uint32_t t = b->nodes[i].triangle;
+        for (k = 0; k < 3 && t != UINT32_MAX; k++)
         {
-            e[i] = (double)b->position[v[1]][i] - (double)b->position[v[0]][i];
-            f[i] = (double)b->position[v[2]][i] - (double)b->position[v[0]][i];
-        }
-        sss_bem__cross(e, f, cross);
-        for (i = 0; i < 3; i++)
-        {
-            area[v[i]] += (float)(sss_bem__length(cross) / 6.0);
+            area[b->triangle[3 * (size_t)t + (size_t)k]] += b->nodes[i].area / 3.0f;
         }
     }
 }
