@@ -362,6 +362,7 @@ static void the_models_error_is_told_apart(void)
     test_note("predicted over measured: %.2g to %.2g on %zu cases", least, most, n);
     CHECK_BETWEEN(least, 0.5, 8.0);
     CHECK_BETWEEN(most, 0.5, 8.0);
+    CHECK_BAR_BELOW(most, 4.0, 8.0, "model error predicted over measured");
 }
 
 static void check_bars(const fitted *f, size_t stride, const double regression[SCENARIOS][3])
@@ -387,13 +388,13 @@ static void check_bars(const fitted *f, size_t stride, const double regression[S
 
 static void the_choice_meets_its_bars(void)
 {   // Oracle: every run of the chart.
-    static const double regression[SCENARIOS][3] = {{0.97, 0.8, 0.3}, {0.97, 0.7, 0.3}, {0.97, 0.67, 0.3}};
+    static const double regression[SCENARIOS][3] = {{0.97, 0.82, 0.3}, {0.97, 0.78, 0.3}, {0.97, 0.72, 0.3}};
     check_bars(other_chart, 0, regression);
 }
 
 static void on_cases_that_the_fit_has_not_seen(void)
 {   // Oracle: as above; each case is chosen for by curves that are fitted to the others.
-    static const double regression[SCENARIOS][3] = {{0.82, 0.75, 0.2}, {0.87, 0.65, 0.2}, {0.82, 0.67, 0.2}};
+    static const double regression[SCENARIOS][3] = {{0.82, 0.82, 0.2}, {0.87, 0.77, 0.2}, {0.82, 0.68, 0.2}};
     fitted *const f = (fitted *)calloc(chart.case_count, sizeof *f);
     int failed = f == NULL;
     for (size_t c = 0; c < chart.case_count && !failed; ++c)
