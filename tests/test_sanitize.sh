@@ -87,9 +87,7 @@ for compiler in clang gcc; do
     done
     for header in $headers; do
         x=$(lower "$header")
-        awk '/^\/\/.*QUICK START/ { inside = 1; next }
-             inside && /^\/\/ ?==/ { exit }
-             inside && /^\/\/     / { sub(/^\/\/     /, ""); print }' "$header" >"$work/$x-quick.c"
+        quick_start "$header" >"$work/$x-quick.c"
         job "QUICK START of $header, $compiler" "
             $compiler -std=c99 -O0 $flags -I. '$work/$x-quick.c' -lm -o '$out/$x-quick-$compiler' &&
             timeout 300 '$out/$x-quick-$compiler'"

@@ -7,17 +7,10 @@ file=$1 begin="<!-- $2: begin -->" end="<!-- $2: end -->" work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cat >"$work/table"
 [ -s "$work/table" ] || { echo "marked.sh: no table of $2" >&2; exit 1; }
-[ "$(grep -c -x -F -e "$begin" -e "$end" "$file")" = 2 ] || { echo "marked.sh: $file lacks $begin, $end" >&2; exit 1; }
+awk -v begin="$begin" -v end="$end" -v file="$work/table" -f "$(dirname "$0")/../between.awk" "$file" >"$work/text" ||
+    { echo "marked.sh: $file lacks $begin, $end" >&2; exit 1; }
 case $3 in
-    --write)
-        awk -v begin="$begin" -v end="$end" -v table="$work/table" '
-            $0 == begin { print; while ((getline line < table) > 0) print line; inside = 1; next }
-            $0 == end { inside = 0 }
-            !inside' "$file" >"$work/text"
-        cat "$work/text" >"$file" ;;
-    --check)
-        awk -v begin="$begin" -v end="$end" '$0 == end { inside = 0 } inside { print } $0 == begin { inside = 1 }' \
-            "$file" >"$work/there"
-        diff "$work/there" "$work/table" ;;
+    --write) cat "$work/text" >"$file" ;;
+    --check) diff "$file" "$work/text" ;;
     *) echo "marked.sh: --write or --check" >&2; exit 2 ;;
 esac

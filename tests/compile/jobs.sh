@@ -5,6 +5,8 @@
 #   skip "what" "why"
 #   jobs_end                          runs all, prints each with its output where it failed and its seconds where it
 #                                     took ten or more, then 'N passed, N failed'
+#   have TOOL                         whether it is installed;   have_32_bit: whether gcc -m32 can link
+#   quick_start HEADER                prints the program of its QUICK START
 # $work is an empty folder, removed at the end; $headers are the sss_*.h; WARN the flags of every compilation.
 
 WARN="-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror"
@@ -63,6 +65,17 @@ jobs_end()
 }
 
 have() { command -v "$1" >/dev/null 2>&1; }
+
+have_32_bit() { echo 'int main(void) { return 0; }' | gcc -m32 -xc - -o "$work/probe32" 2>/dev/null; }
+
+# The lines indented by four or more inside the comment, up to the next heading.
+quick_start()
+{
+    awk '/^\/\/.*QUICK START/ { inside = 1; next }
+         inside && (!/^\/\// || /^\/\/ ?(==|--)/ || /^\/\/ [A-Z][A-Z ]+$/) { exit }
+         inside && /^\/\/     / { sub(/^\/\/     /, ""); print; next }
+         inside && /^\/\/$/ { print "" }' "$1"
+}
 
 # sss_dipole.h -> dipole, DIPOLE
 lower() { basename "$1" .h | sed 's/^sss_//'; }

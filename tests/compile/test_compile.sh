@@ -166,7 +166,7 @@ job_fails "a changed common block is noticed" "cmp '$work/block' '$work/block-mu
 
 for header in $headers; do
     x=$(lower "$header")
-    if echo 'int main(void) { return 0; }' | gcc -m32 -xc - -o "$work/probe32" 2>/dev/null; then
+    if have_32_bit; then
         job "$header: 32 bit, compiled, linked, run" "
             gcc -m32 -std=c99 -O0 $WARN -I. -c '$work/$x-implementation.c' -o '$work/$x-32.o' &&
             gcc -m32 -std=c99 -I. -xc '$work/$x.main' -xnone '$work/$x-32.o' -lm -o '$work/$x-32' && '$work/$x-32'"

@@ -16,15 +16,6 @@ blocks()
         inside { print > file }' "$1"
 }
 
-# The QUICK START of a header: the lines indented by four or more inside the comment, up to the next heading.
-quick_start()
-{
-    awk '/^\/\/.*QUICK START/ { inside = 1; next }
-         inside && (!/^\/\// || /^\/\/ ?(==|--)/ || /^\/\/ [A-Z][A-Z ]+$/) { exit }
-         inside && /^\/\/     / { sub(/^\/\/     /, ""); print; next }
-         inside && /^\/\/$/ { print "" }' "$1"
-}
-
 blocks README.md readme
 for header in $headers; do quick_start "$header" >"$work/$(lower "$header")-quick.c"; done
 
@@ -37,7 +28,7 @@ others() # name, source
     job "$1: is there, a whole program of at most 40 lines" \
         "lines=\$(sed -e :a -e '/^\n*\$/{\$d;N;ba' -e '}' '$2' | wc -l); echo \"note: \$lines lines\"
          grep -q 'int main' '$2' && [ \$lines -le 40 ]"
-    if echo 'int main(void) { return 0; }' | gcc -m32 -xc - -o "$work/probe32" 2>/dev/null; then
+    if have_32_bit; then
         job "$1: in 32 bit" "gcc -m32 -std=c99 -O1 $WARN -I. '$2' -o '$work/$1-32' -lm &&
             cd '$work' && timeout 120 '$work/$1-32' >/dev/null"
     else skip "$1: in 32 bit" "gcc -m32 finds no libraries"

@@ -70,11 +70,8 @@ lines()
 # Between the markers of $1, what stands in $2.
 replace()
 {
-    awk -v with="$2" '
-        /END measured by make stability/ { inside = 0 }
-        !inside { print }
-        /BEGIN measured by make stability/ { inside = 1; found = 1; while ((getline line < with) > 0) print line }
-        END { exit !found }' "$1"
+    awk -v begin='BEGIN measured by make stability' -v end='END measured by make stability' -v file="$2" \
+        -f "$top/tests/between.awk" "$1"
 }
 
 status=0

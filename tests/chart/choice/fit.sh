@@ -22,15 +22,8 @@ fi
 # The header with FILE between its markers "measured WHAT".
 put() # what, file, header
 {
-    awk -v what="$1" -v file="$2" '
-        index($0, "// ---- END measured " what) == 1 { inside = 0; ends++ }
-        !inside
-        index($0, "// ---- BEGIN measured " what) == 1 {
-            inside = 1
-            begins++
-            while ((getline line < file) > 0) print line
-        }
-        END { exit begins != 1 || ends != 1 }' "$3" || { echo "$header: no markers of measured $1" >&2; exit 1; }
+    awk -v begin="// ---- BEGIN measured $1" -v end="// ---- END measured $1" -v file="$2" -f "$top/tests/between.awk" \
+        "$3" || { echo "$header: no markers of measured $1" >&2; exit 1; }
 }
 
 # What LIMITS says of the choices, from summary.csv.
